@@ -1,0 +1,230 @@
+//! Composite: indirect light at full resolution, times albedo, added to the HDR target.
+
+use bevy::{
+    app::{App, Plugin},
+    asset::{AssetServer, Handle, embedded_asset, load_embedded_asset},
+    core_pipeline::{FullscreenShader, schedule::Core3d},
+    ecs::prelude::*,
+    math::UVec2,
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        camera::ExtractedCamera,
+        diagnostic::RecordDiagnostics,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
+        view::{ExtractedView, ViewTarget, ViewUniformOffset},
+    },
+    shader::Shader,
+};
+
+use super::{
+    gather::ViewIndirect,
+    temporal::{ViewHistory, prepare_history},
+};
+use crate::{
+    debug::{GiDebugSettings, GiView},
+    gpu::caps::supported,
+    schedule::GiSystems,
+    settings::GiSettings,
+    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+};
+
+/// Uniform of the composite.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+struct GpuComposite {
+    size: UVec2,
+    divisor: u32,
+    /// A [`GiView`].
+    view: u32,
+    strength: f32,
+}
+
+/// The composite of a camera.
+#[derive(Component)]
+pub(crate) struct ViewComposite {
+    bind_group: BindGroup,
+    pipeline: CachedRenderPipelineId,
+}
+
+#[derive(Resource)]
+struct CompositePipeline {
+    surface: BindGroupLayoutDescriptor,
+    layout: BindGroupLayoutDescriptor,
+    fullscreen: FullscreenShader,
+    shader: Handle<Shader>,
+}
+
+/// Format of the target, and whether the picture is replaced rather than added to.
+type CompositeKey = (TextureFormat, bool);
+
+impl SpecializedRenderPipeline for CompositePipeline {
+    type Key = CompositeKey;
+
+    fn specialize(&self, (format, replace): Self::Key) -> RenderPipelineDescriptor {
+        let add = BlendState {
+            color: BlendComponent {
+                src_factor: BlendFactor::One,
+                dst_factor: BlendFactor::One,
+                operation: BlendOperation::Add,
+            },
+            alpha: BlendComponent {
+                src_factor: BlendFactor::Zero,
+                dst_factor: BlendFactor::One,
+                operation: BlendOperation::Add,
+            },
+        };
+        RenderPipelineDescriptor {
+            label: Some("gi/apply/composite".into()),
+            layout: vec![self.surface.clone(), self.layout.clone()],
+            vertex: self.fullscreen.to_vertex_state(),
+            fragment: Some(FragmentState {
+                shader: self.shader.clone(),
+                shader_defs: GiView::shader_defs(),
+                targets: vec![Some(ColorTargetState {
+                    format,
+                    blend: (!replace).then_some(add),
+                    write_mask: ColorWrites::ALL,
+                })],
+                ..Default::default()
+            }),
+            ..Default::default()
+        }
+    }
+}
+
+pub(crate) struct CompositePlugin;
+
+impl Plugin for CompositePlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "composite.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<SpecializedRenderPipelines<CompositePipeline>>()
+            .add_systems(
+                RenderStartup,
+                init_composite_pipeline.after(init_surface_layout),
+            )
+            .add_systems(
+                Render,
+                prepare_composite
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .after(prepare_history)
+                    .run_if(supported),
+            )
+            .add_systems(Core3d, composite.in_set(GiSystems::Composite));
+    }
+}
+
+fn init_composite_pipeline(
+    mut commands: Commands,
+    server: Res<AssetServer>,
+    fullscreen: Res<FullscreenShader>,
+    surface: Res<SurfaceLayout>,
+) {
+    let source = || texture_2d(TextureSampleType::Float { filterable: false });
+    commands.insert_resource(CompositePipeline {
+        surface: surface.0.clone(),
+        layout: BindGroupLayoutDescriptor::new(
+            "gi/apply/composite",
+            &BindGroupLayoutEntries::sequential(
+                ShaderStages::FRAGMENT,
+                (
+                    uniform_buffer::<GpuComposite>(false),
+                    source(),
+                    source(),
+                    source(),
+                ),
+            ),
+        ),
+        fullscreen: fullscreen.clone(),
+        shader: load_embedded_asset!(server.as_ref(), "composite.wgsl"),
+    });
+}
+
+type CompositeData = (
+    Entity,
+    &'static ExtractedView,
+    Option<&'static ViewIndirect>,
+    Option<&'static ViewHistory>,
+    Has<ViewComposite>,
+);
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+fn prepare_composite(
+    mut commands: Commands,
+    views: Query<CompositeData>,
+    settings: Res<GiSettings>,
+    debug: Res<GiDebugSettings>,
+    pipeline: Option<Res<CompositePipeline>>,
+    mut pipelines: ResMut<SpecializedRenderPipelines<CompositePipeline>>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    let Some(pipeline) = pipeline else { return };
+    for (entity, view, indirect, history, exists) in &views {
+        let (Some(indirect), Some(history)) = (indirect, history) else {
+            if exists {
+                commands.entity(entity).remove::<ViewComposite>();
+            }
+            continue;
+        };
+        let mut uniform = UniformBuffer::from(GpuComposite {
+            size: indirect.size,
+            divisor: indirect.divisor,
+            view: debug.view as u32,
+            strength: settings.indirect_strength,
+        });
+        uniform.write_buffer(&device, &queue);
+        let [diffuse, specular, surface] = history.result();
+        let bind_group = device.create_bind_group(
+            "gi/apply/composite",
+            &cache.get_bind_group_layout(&pipeline.layout),
+            &BindGroupEntries::sequential((&uniform, diffuse, specular, surface)),
+        );
+        let key = (view.target_format, debug.view != GiView::Full);
+        commands.entity(entity).insert(ViewComposite {
+            bind_group,
+            pipeline: pipelines.specialize(&cache, &pipeline, key),
+        });
+    }
+}
+
+fn composite(
+    view: ViewQuery<(
+        &ViewTarget,
+        &ExtractedCamera,
+        &ViewSurface,
+        &ViewComposite,
+        &ViewUniformOffset,
+    )>,
+    debug: Res<GiDebugSettings>,
+    cache: Res<PipelineCache>,
+    mut ctx: RenderContext,
+) {
+    let (target, camera, surface, composite, offset) = view.into_inner();
+    let Some(pipeline) = cache.get_render_pipeline(composite.pipeline) else {
+        return;
+    };
+    if debug.view == GiView::Direct {
+        return;
+    }
+    let diagnostics = ctx.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
+        label: Some("gi/apply/composite"),
+        color_attachments: &[Some(target.get_color_attachment())],
+        ..Default::default()
+    });
+    let span = diagnostics.pass_span(&mut pass, "gi/apply/composite");
+    if let Some(viewport) = &camera.viewport {
+        pass.set_camera_viewport(viewport);
+    }
+    pass.set_render_pipeline(pipeline);
+    pass.set_bind_group(0, &surface.bind_group, &[offset.offset]);
+    pass.set_bind_group(1, &composite.bind_group, &[]);
+    pass.draw(0..3, 0..1);
+    span.end(&mut pass);
+}

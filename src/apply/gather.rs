@@ -1,0 +1,351 @@
+//! The gather: one thread per gathered pixel and volume looks the technique's cache up.
+
+use std::marker::PhantomData;
+
+use bevy::{
+    app::{App, Plugin},
+    asset::AssetServer,
+    core_pipeline::schedule::Core3d,
+    ecs::prelude::*,
+    math::{UVec2, UVec3, Vec3},
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
+        view::ViewUniformOffset,
+    },
+    shader::load_shader_library,
+};
+
+use crate::{
+    gpu::{caps::supported, compute::ComputePass, memory::GpuMemory},
+    scene::{
+        bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
+        volume::ExtractedVolume,
+    },
+    schedule::GiSystems,
+    settings::{GatherResolution, GiHistory, GiSettings},
+    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+    technique::{Technique, TechniqueCache},
+};
+
+/// Most volumes that light one camera.
+pub(crate) const MAX_VOLUMES: usize = 8;
+
+/// A volume's box, for blending.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub(crate) struct GpuBox {
+    min: Vec3,
+    /// Metres over which the volume fades out at its border.
+    fade: f32,
+    max: Vec3,
+    pad: f32,
+}
+
+/// Uniform of the gather.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub(crate) struct GpuGather {
+    /// Gathered pixels.
+    size: UVec2,
+    /// Pixels of the viewport.
+    full_size: UVec2,
+    /// Pixels per gathered pixel, along each axis.
+    divisor: u32,
+    /// Counts frames since the history was reset.
+    frame: u32,
+    /// Whether light from the sky is gathered too.
+    with_sky: u32,
+    /// Which of the boxes this pass is for.
+    volume: u32,
+    /// All volumes, finest first.
+    boxes: [GpuBox; MAX_VOLUMES],
+}
+
+/// The indirect light of a camera, at gather resolution, in the render world.
+///
+/// Two `Rgba16Float` textures: `E / pi` over `RADIANCE_SCALE` with the part of the pixel that some
+/// volume lights in alpha, and specular radiance likewise.
+#[derive(Component)]
+pub(crate) struct ViewIndirect {
+    pub size: UVec2,
+    pub full_size: UVec2,
+    pub divisor: u32,
+    /// Counts frames since the history was reset.
+    pub frame: u32,
+    epoch: u32,
+    /// Diffuse and specular; volumes after the first read one pair and write the other.
+    targets: [[TextureView; 2]; 2],
+    /// One pass a volume: its entity, and group 3.
+    passes: Vec<(Entity, BindGroup)>,
+}
+
+impl ViewIndirect {
+    /// Diffuse and specular, once gathered.
+    pub fn result(&self) -> &[TextureView; 2] {
+        &self.targets[self.passes.len().saturating_sub(1) % 2]
+    }
+}
+
+/// Layout of group 3 of the gather; `gather.wgsl` is its twin.
+#[derive(Resource)]
+pub(crate) struct GatherLayout(BindGroupLayoutDescriptor);
+
+pub(crate) struct ViewIndirectPlugin;
+
+impl Plugin for ViewIndirectPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "gather.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(RenderStartup, init_gather_layout)
+            .add_systems(
+                Render,
+                prepare_view_indirect
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .before(super::temporal::prepare_history)
+                    .run_if(supported),
+            );
+    }
+}
+
+pub(crate) fn init_gather_layout(mut commands: Commands) {
+    let target =
+        || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
+    let source = || texture_2d(TextureSampleType::Float { filterable: false });
+    commands.insert_resource(GatherLayout(BindGroupLayoutDescriptor::new(
+        "gi/gather",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                uniform_buffer::<GpuGather>(false),
+                source(),
+                source(),
+                target(),
+                target(),
+            ),
+        ),
+    )));
+}
+
+/// A texture at gather resolution that passes write and read.
+pub(crate) fn gather_texture(
+    device: &RenderDevice,
+    memory: &mut GpuMemory,
+    name: &str,
+    size: UVec2,
+) -> TextureView {
+    let texture = device.create_texture(&TextureDescriptor {
+        label: Some(&format!("gi/{name}")),
+        size: Extent3d {
+            width: size.x.max(1),
+            height: size.y.max(1),
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format: TextureFormat::Rgba16Float,
+        usage: TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    memory.texture(name, &texture);
+    texture.create_view(&TextureViewDescriptor::default())
+}
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+fn prepare_view_indirect(
+    mut commands: Commands,
+    mut views: Query<(Entity, Option<&ViewSurface>, Option<&mut ViewIndirect>)>,
+    volumes: Query<(Entity, &ExtractedVolume)>,
+    settings: Res<GiSettings>,
+    history: Res<GiHistory>,
+    layout: Option<Res<GatherLayout>>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    mut memory: ResMut<GpuMemory>,
+) {
+    let Some(layout) = layout else { return };
+    let mut sorted: Vec<_> = volumes.iter().collect();
+    sorted.sort_by(|(_, a), (_, b)| {
+        (a.grid.voxel.total_cmp(&b.grid.voxel)).then(a.main.cmp(&b.main))
+    });
+    sorted.truncate(MAX_VOLUMES);
+    let mut boxes = [GpuBox::default(); MAX_VOLUMES];
+    for (gpu, (_, volume)) in boxes.iter_mut().zip(&sorted) {
+        let size = volume.grid.size();
+        *gpu = GpuBox {
+            min: volume.grid.origin,
+            max: volume.grid.origin + size,
+            fade: volume.fade * size.min_element(),
+            pad: 0.0,
+        };
+    }
+    for (entity, surface, indirect) in &mut views {
+        let Some(surface) = surface else {
+            if indirect.is_some() {
+                commands.entity(entity).remove::<ViewIndirect>();
+            }
+            continue;
+        };
+        let divisor = GatherResolution::divisor(settings.gather_resolution);
+        let size = UVec2::new(
+            surface.size.x.div_ceil(divisor),
+            surface.size.y.div_ceil(divisor),
+        );
+        let fits = |old: &ViewIndirect| {
+            old.size == size && old.full_size == surface.size && old.divisor == divisor
+        };
+        let (targets, frame) = match indirect.as_deref() {
+            Some(old) if fits(old) => (
+                old.targets.clone(),
+                if old.epoch == history.epoch() {
+                    old.frame.wrapping_add(1)
+                } else {
+                    0
+                },
+            ),
+            _ => {
+                let mut texture = |name: &str| gather_texture(&device, &mut memory, name, size);
+                let targets = [
+                    ["apply/diffuse", "apply/specular"].map(&mut texture),
+                    ["apply/diffuse_blend", "apply/specular_blend"].map(&mut texture),
+                ];
+                (targets, 0)
+            }
+        };
+        let passes = sorted
+            .iter()
+            .enumerate()
+            .map(|(i, (volume, _))| {
+                let mut uniform = UniformBuffer::from(GpuGather {
+                    size,
+                    full_size: surface.size,
+                    divisor,
+                    frame,
+                    with_sky: settings.replace_ambient.into(),
+                    volume: i as u32,
+                    boxes,
+                });
+                uniform.write_buffer(&device, &queue);
+                let [to, from] = [&targets[i % 2], &targets[1 - i % 2]];
+                let group = device.create_bind_group(
+                    "gi/gather",
+                    &cache.get_bind_group_layout(&layout.0),
+                    &BindGroupEntries::sequential((&uniform, &from[0], &from[1], &to[0], &to[1])),
+                );
+                (*volume, group)
+            })
+            .collect();
+        commands.entity(entity).insert(ViewIndirect {
+            size,
+            full_size: surface.size,
+            divisor,
+            frame,
+            epoch: history.epoch(),
+            targets,
+            passes,
+        });
+    }
+}
+
+/// Adds the gather of a technique.
+pub(crate) struct GatherPlugin<T>(PhantomData<T>);
+
+impl<T> Default for GatherPlugin<T> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<T: Technique> Plugin for GatherPlugin<T> {
+    fn build(&self, app: &mut App) {
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(
+                RenderStartup,
+                init_gather_pipeline::<T>
+                    .after(init_gather_layout)
+                    .after(init_scene_layout)
+                    .after(init_surface_layout),
+            )
+            .add_systems(Core3d, gather::<T>.in_set(GiSystems::Gather));
+    }
+}
+
+#[derive(Resource)]
+struct GatherPipeline<T: Technique>(ComputePass, PhantomData<T>);
+
+fn init_gather_pipeline<T: Technique>(
+    mut commands: Commands,
+    server: Res<AssetServer>,
+    cache: Res<PipelineCache>,
+    surface: Res<SurfaceLayout>,
+    scene: Res<SceneLayout>,
+    gather: Res<GatherLayout>,
+) {
+    let (shader, mut defs) = T::gather_shader(&server);
+    defs.push(bevy::shader::ShaderDefVal::UInt(
+        "MAX_VOLUMES".into(),
+        MAX_VOLUMES as u32,
+    ));
+    let pass = ComputePass::new(
+        &cache,
+        T::GATHER,
+        &[&surface.0, &scene.layout, &T::cache_layout(), &gather.0],
+        shader,
+        T::GATHER_ENTRY,
+        defs,
+    );
+    commands.insert_resource(GatherPipeline::<T>(pass, PhantomData));
+}
+
+fn gather<T: Technique>(
+    view: ViewQuery<(&ViewSurface, &ViewIndirect, &ViewUniformOffset)>,
+    volumes: Query<(&T::Cache, &SceneBindGroup)>,
+    pipeline: Option<Res<GatherPipeline<T>>>,
+    cache: Res<PipelineCache>,
+    mut ctx: RenderContext,
+) {
+    let (surface, indirect, offset) = view.into_inner();
+    let Some(pipeline) = pipeline else { return };
+    let Some(compiled) = cache.get_compute_pipeline(pipeline.0.pipeline) else {
+        return;
+    };
+    if surface.technique != T::TECHNIQUE {
+        return;
+    }
+    let diagnostics = ctx.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    let mut pass = ctx
+        .command_encoder()
+        .begin_compute_pass(&ComputePassDescriptor {
+            label: Some(T::GATHER),
+            timestamp_writes: None,
+        });
+    let span = bevy::render::diagnostic::RecordDiagnostics::pass_span(
+        &diagnostics,
+        &mut pass,
+        T::GATHER,
+    );
+    pass.set_pipeline(compiled);
+    let groups = UVec3::new(indirect.size.x.div_ceil(8), indirect.size.y.div_ceil(8), 1);
+    for (volume, group) in &indirect.passes {
+        let Ok((cache, scene)) = volumes.get(*volume) else {
+            continue;
+        };
+        let Some(cache) = cache.bind_group() else {
+            continue;
+        };
+        pass.set_bind_group(0, &*surface.bind_group, &[offset.offset]);
+        pass.set_bind_group(1, &*scene.0, &[]);
+        pass.set_bind_group(2, &**cache, &[]);
+        pass.set_bind_group(3, &**group, &[]);
+        pass.dispatch_workgroups(groups.x, groups.y, groups.z);
+    }
+    span.end(&mut pass);
+}

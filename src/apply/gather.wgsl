@@ -1,0 +1,59 @@
+// Group 3 of the gather: which pixels, which volume, and where the result goes.
+#define_import_path bevy_gi::apply::gather
+
+#import bevy_gi::gpu::pack::RADIANCE_SCALE
+
+struct Box {
+    min: vec3<f32>,
+    fade: f32,
+    max: vec3<f32>,
+    pad: f32,
+}
+
+struct Gather {
+    size: vec2<u32>,
+    full_size: vec2<u32>,
+    divisor: u32,
+    frame: u32,
+    with_sky: u32,
+    volume: u32,
+    boxes: array<Box, #{MAX_VOLUMES}>,
+}
+
+@group(3) @binding(0) var<uniform> gather: Gather;
+@group(3) @binding(1) var diffuse_before: texture_2d<f32>;
+@group(3) @binding(2) var specular_before: texture_2d<f32>;
+@group(3) @binding(3) var diffuse_target: texture_storage_2d<rgba16float, write>;
+@group(3) @binding(4) var specular_target: texture_storage_2d<rgba16float, write>;
+
+// The pixel whose surface stands for gathered pixel `id`.
+fn gathered_pixel(id: vec2<u32>) -> vec2<u32> {
+    return min(id * gather.divisor + gather.divisor / 2u, gather.full_size - 1u);
+}
+
+// Share of a volume at `p`: 1 inside, 0 outside, smooth over its border.
+fn inside(b: Box, p: vec3<f32>) -> f32 {
+    let d = min(p - b.min, b.max - p);
+    return smoothstep(0.0, max(b.fade, 1e-4), min(d.x, min(d.y, d.z)));
+}
+
+// Share of this pass' volume at `p`: finer volumes come first, coarser ones take what is left.
+fn volume_weight(p: vec3<f32>) -> f32 {
+    var left = 1.0;
+    for (var i = 0u; i < gather.volume; i++) {
+        left *= 1.0 - inside(gather.boxes[i], p);
+    }
+    return left * inside(gather.boxes[gather.volume], p);
+}
+
+// Adds this volume's share of radiances, nits.
+fn store(id: vec2<u32>, weight: f32, diffuse: vec3<f32>, specular: vec3<f32>) {
+    var d = vec4(diffuse / RADIANCE_SCALE, 1.0) * weight;
+    var s = vec4(specular / RADIANCE_SCALE, 1.0) * weight;
+    if gather.volume > 0u {
+        d += textureLoad(diffuse_before, vec2<i32>(id), 0);
+        s += textureLoad(specular_before, vec2<i32>(id), 0);
+    }
+    textureStore(diffuse_target, vec2<i32>(id), min(d, vec4(65504.0)));
+    textureStore(specular_target, vec2<i32>(id), min(s, vec4(65504.0)));
+}

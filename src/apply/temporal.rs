@@ -1,0 +1,205 @@
+//! Temporal accumulation: each gathered pixel follows its surface into the last frame.
+
+use bevy::{
+    app::{App, Plugin},
+    asset::{AssetServer, embedded_asset, load_embedded_asset},
+    core_pipeline::schedule::Core3d,
+    ecs::prelude::*,
+    math::{UVec2, UVec3},
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        diagnostic::RecordDiagnostics,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
+        view::ViewUniformOffset,
+    },
+};
+
+use super::gather::{ViewIndirect, gather_texture};
+use crate::{
+    gpu::{caps::supported, compute::ComputePass, memory::GpuMemory},
+    schedule::GiSystems,
+    settings::GiSettings,
+    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+};
+
+/// Uniform of the accumulation.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+struct GpuTemporal {
+    size: UVec2,
+    full_size: UVec2,
+    divisor: u32,
+    /// Most frames to blend; 1 ignores the history.
+    history_frames: u32,
+}
+
+/// What a camera remembers of past frames.
+#[derive(Component)]
+pub(crate) struct ViewHistory {
+    size: UVec2,
+    /// Of this frame and the last: diffuse, specular (history length in alpha), and the surface
+    /// (octahedral normal, depth, 1).
+    frames: [[TextureView; 3]; 2],
+    current: usize,
+    bind_group: BindGroup,
+}
+
+impl ViewHistory {
+    /// Accumulated diffuse and specular light, and the surfaces they belong to.
+    pub fn result(&self) -> &[TextureView; 3] {
+        &self.frames[self.current]
+    }
+}
+
+#[derive(Resource)]
+pub(crate) struct TemporalPipeline {
+    layout: BindGroupLayoutDescriptor,
+    pass: ComputePass,
+}
+
+pub(crate) struct TemporalPlugin;
+
+impl Plugin for TemporalPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "temporal.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(
+                RenderStartup,
+                init_temporal_pipeline.after(init_surface_layout),
+            )
+            .add_systems(
+                Render,
+                // Between the two, the commands of the first are applied.
+                prepare_history
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .run_if(supported),
+            )
+            .add_systems(Core3d, accumulate.in_set(GiSystems::Denoise));
+    }
+}
+
+fn init_temporal_pipeline(
+    mut commands: Commands,
+    server: Res<AssetServer>,
+    cache: Res<PipelineCache>,
+    surface: Res<SurfaceLayout>,
+) {
+    let source = || texture_2d(TextureSampleType::Float { filterable: false });
+    let target =
+        || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
+    let layout = BindGroupLayoutDescriptor::new(
+        "gi/apply/temporal",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                uniform_buffer::<GpuTemporal>(false),
+                source(),
+                source(),
+                source(),
+                source(),
+                source(),
+                target(),
+                target(),
+                target(),
+            ),
+        ),
+    );
+    let pass = ComputePass::new(
+        &cache,
+        "gi/apply/temporal",
+        &[&surface.0, &layout],
+        load_embedded_asset!(server.as_ref(), "temporal.wgsl"),
+        "accumulate",
+        vec![],
+    );
+    commands.insert_resource(TemporalPipeline { layout, pass });
+}
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+pub(crate) fn prepare_history(
+    mut commands: Commands,
+    views: Query<(Entity, Option<&ViewIndirect>, Option<&ViewHistory>)>,
+    settings: Res<GiSettings>,
+    pipeline: Option<Res<TemporalPipeline>>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    mut memory: ResMut<GpuMemory>,
+) {
+    let Some(pipeline) = pipeline else { return };
+    for (entity, indirect, history) in &views {
+        let Some(indirect) = indirect else {
+            if history.is_some() {
+                commands.entity(entity).remove::<ViewHistory>();
+            }
+            continue;
+        };
+        let (frames, current) = match history {
+            Some(old) if old.size == indirect.size => (old.frames.clone(), 1 - old.current),
+            _ => {
+                let mut texture =
+                    |name: &str| gather_texture(&device, &mut memory, name, indirect.size);
+                let names = [
+                    "apply/history_diffuse",
+                    "apply/history_specular",
+                    "apply/history_surface",
+                ];
+                ([names.map(&mut texture), names.map(&mut texture)], 0)
+            }
+        };
+        let fresh = indirect.frame == 0;
+        let mut uniform = UniformBuffer::from(GpuTemporal {
+            size: indirect.size,
+            full_size: indirect.full_size,
+            divisor: indirect.divisor,
+            history_frames: if fresh { 1 } else { settings.history_frames },
+        });
+        uniform.write_buffer(&device, &queue);
+        let [to, from] = [&frames[current], &frames[1 - current]];
+        let [diffuse, specular] = indirect.result();
+        let bind_group = device.create_bind_group(
+            "gi/apply/temporal",
+            &cache.get_bind_group_layout(&pipeline.layout),
+            &BindGroupEntries::sequential((
+                &uniform, diffuse, specular, &from[0], &from[1], &from[2], &to[0], &to[1], &to[2],
+            )),
+        );
+        commands.entity(entity).insert(ViewHistory {
+            size: indirect.size,
+            frames,
+            current,
+            bind_group,
+        });
+    }
+}
+
+fn accumulate(
+    view: ViewQuery<(&ViewSurface, &ViewHistory, &ViewUniformOffset)>,
+    pipeline: Option<Res<TemporalPipeline>>,
+    cache: Res<PipelineCache>,
+    mut ctx: RenderContext,
+) {
+    let (surface, history, offset) = view.into_inner();
+    let Some(pipeline) = pipeline else { return };
+    let Some(compiled) = cache.get_compute_pipeline(pipeline.pass.pipeline) else {
+        return;
+    };
+    let diagnostics = ctx.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    let mut pass = ctx
+        .command_encoder()
+        .begin_compute_pass(&ComputePassDescriptor {
+            label: Some(pipeline.pass.name),
+            timestamp_writes: None,
+        });
+    let span = diagnostics.pass_span(&mut pass, pipeline.pass.name);
+    pass.set_pipeline(compiled);
+    pass.set_bind_group(0, &*surface.bind_group, &[offset.offset]);
+    pass.set_bind_group(1, &*history.bind_group, &[]);
+    let groups = UVec3::new(history.size.x.div_ceil(8), history.size.y.div_ceil(8), 1);
+    pass.dispatch_workgroups(groups.x, groups.y, groups.z);
+    span.end(&mut pass);
+}

@@ -1,0 +1,118 @@
+// Temporal accumulation of gathered light on reprojected surfaces.
+
+#import bevy_gi::surface::{load_surface, previous_uv}
+#import bevy_pbr::utils::{octahedral_decode, octahedral_encode}
+
+struct Temporal {
+    size: vec2<u32>,
+    full_size: vec2<u32>,
+    divisor: u32,
+    history_frames: u32,
+}
+
+@group(1) @binding(0) var<uniform> temporal: Temporal;
+@group(1) @binding(1) var new_diffuse: texture_2d<f32>;
+@group(1) @binding(2) var new_specular: texture_2d<f32>;
+@group(1) @binding(3) var old_diffuse: texture_2d<f32>;
+@group(1) @binding(4) var old_specular: texture_2d<f32>;
+@group(1) @binding(5) var old_surface: texture_2d<f32>;
+@group(1) @binding(6) var diffuse_target: texture_storage_2d<rgba16float, write>;
+@group(1) @binding(7) var specular_target: texture_storage_2d<rgba16float, write>;
+@group(1) @binding(8) var surface_target: texture_storage_2d<rgba16float, write>;
+
+struct Bounds {
+    low: vec3<f32>,
+    high: vec3<f32>,
+}
+
+@compute @workgroup_size(8, 8)
+fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= temporal.size) {
+        return;
+    }
+    let at = vec2<i32>(id.xy);
+    let pixel = min(id.xy * temporal.divisor + temporal.divisor / 2u, temporal.full_size - 1u);
+    let surface = load_surface(pixel);
+    if !surface.exists {
+        textureStore(diffuse_target, at, vec4(0.0));
+        textureStore(specular_target, at, vec4(0.0));
+        textureStore(surface_target, at, vec4(0.0));
+        return;
+    }
+    textureStore(surface_target, at, vec4(octahedral_encode(surface.normal), surface.depth, 1.0));
+    let diffuse = textureLoad(new_diffuse, at, 0);
+    let specular = textureLoad(new_specular, at, 0);
+
+    // The four gathered pixels around the same surface a frame ago, where they still show it.
+    let where_ = previous_uv(pixel) * vec2<f32>(temporal.full_size) / f32(temporal.divisor)
+        - (f32(temporal.divisor / 2u) + 0.5) / f32(temporal.divisor);
+    let base = vec2<i32>(floor(where_));
+    let f = where_ - vec2<f32>(base);
+    var before_diffuse = vec4(0.0);
+    var before_specular = vec4(0.0);
+    var total = 0.0;
+    if temporal.history_frames > 1u {
+        for (var i = 0; i < 4; i++) {
+            let o = vec2(i & 1, i >> 1u);
+            let tap = base + o;
+            if any(tap < vec2(0)) || any(tap >= vec2<i32>(temporal.size)) {
+                continue;
+            }
+            let old = textureLoad(old_surface, tap, 0);
+            let same = old.w > 0.0
+                && abs(old.z - surface.depth) < 0.1 * surface.depth
+                && dot(octahedral_decode(old.xy), surface.normal) > 0.8;
+            if !same {
+                continue;
+            }
+            let b = mix(1.0 - f, f, vec2<f32>(o));
+            let w = b.x * b.y;
+            before_diffuse += w * textureLoad(old_diffuse, tap, 0);
+            before_specular += w * textureLoad(old_specular, tap, 0);
+            total += w;
+        }
+    }
+    if total < 0.01 {
+        textureStore(diffuse_target, at, diffuse);
+        textureStore(specular_target, at, vec4(specular.rgb, 1.0));
+        return;
+    }
+    before_diffuse /= total;
+    before_specular /= total;
+
+    // What the neighbourhood shows now bounds what the past may say: a light that went out must
+    // not linger. Wide bounds, since each neighbour turned its cones differently.
+    let frames = min(before_specular.a + 1.0, f32(temporal.history_frames));
+    let d = bounds(new_diffuse, at, diffuse.rgb);
+    let s = bounds(new_specular, at, specular.rgb);
+    let old_d = clamp(before_diffuse.rgb, d.low, d.high);
+    let old_s = clamp(before_specular.rgb, s.low, s.high);
+    let blend = 1.0 / frames;
+    textureStore(
+        diffuse_target,
+        at,
+        vec4(mix(old_d, diffuse.rgb, blend), mix(before_diffuse.a, diffuse.a, blend)),
+    );
+    textureStore(specular_target, at, vec4(mix(old_s, specular.rgb, blend), frames));
+}
+
+// Mean of the 3x3 neighbourhood, give or take three standard deviations and a tenth.
+fn bounds(texture: texture_2d<f32>, at: vec2<i32>, own: vec3<f32>) -> Bounds {
+    var sum = own;
+    var squares = own * own;
+    var count = 1.0;
+    for (var i = 0; i < 9; i++) {
+        let tap = at + vec2(i % 3, i / 3) - 1;
+        if i == 4 || any(tap < vec2(0)) || any(tap >= vec2<i32>(temporal.size)) {
+            continue;
+        }
+        let c = textureLoad(texture, tap, 0).rgb;
+        sum += c;
+        squares += c * c;
+        count += 1.0;
+    }
+    let mean = sum / count;
+    let deviation = sqrt(max(squares / count - mean * mean, vec3(0.0)));
+    let reach = 3.0 * deviation + 0.1 * mean;
+    return Bounds(max(mean - reach, vec3(0.0)), mean + reach);
+}

@@ -1,0 +1,159 @@
+//! [`GiCamera`]: opts a camera into global illumination.
+
+use bevy::{
+    app::{App, Plugin, PostUpdate},
+    camera::{Camera, Camera3d, Hdr},
+    core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass},
+    ecs::{prelude::*, query::QueryItem},
+    light::{AmbientLight, EnvironmentMapLight},
+    log::{info, info_once},
+    pbr::{DefaultOpaqueRendererMethod, check_views_need_specialization},
+    reflect::prelude::*,
+    render::{
+        Render, RenderApp, RenderSystems,
+        extract_component::{ExtractComponent, ExtractComponentPlugin},
+        view::Msaa,
+    },
+};
+use serde::{Deserialize, Serialize};
+
+use crate::settings::{GiSettings, GiTechnique};
+
+/// A camera with this component shows global illumination.
+///
+/// It brings what it needs: an HDR target, the depth, motion-vector and deferred prepasses, and
+/// MSAA off (Bevy's deferred renderer knows no MSAA). Where that changes a choice of the camera's
+/// own, the log says so once.
+#[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
+#[require(Camera3d, Hdr, DepthPrepass, MotionVectorPrepass, DeferredPrepass)]
+#[serde(default)]
+pub struct GiCamera {
+    /// The technique of this camera; `None` (default) follows [`GiSettings::technique`].
+    pub technique: Option<GiTechnique>,
+}
+
+impl GiCamera {
+    /// A camera that always uses `technique`.
+    pub const fn with_technique(technique: GiTechnique) -> Self {
+        Self {
+            technique: Some(technique),
+        }
+    }
+
+    /// The technique in force for this camera.
+    pub fn active_technique(&self, settings: &GiSettings) -> GiTechnique {
+        self.technique.unwrap_or(settings.technique)
+    }
+}
+
+/// A [`GiCamera`] in the render world.
+#[derive(Component, Clone, Copy, Debug)]
+pub struct ExtractedGiCamera {
+    pub(crate) technique: Option<GiTechnique>,
+}
+
+impl ExtractedGiCamera {
+    pub(crate) fn active_technique(&self, settings: &GiSettings) -> GiTechnique {
+        self.technique.unwrap_or(settings.technique)
+    }
+}
+
+impl ExtractComponent for GiCamera {
+    type QueryData = (&'static GiCamera, &'static Camera);
+    type QueryFilter = ();
+    type Out = ExtractedGiCamera;
+
+    fn extract_component((gi, camera): QueryItem<'_, '_, Self::QueryData>) -> Option<Self::Out> {
+        camera.is_active.then_some(ExtractedGiCamera {
+            technique: gi.technique,
+        })
+    }
+}
+
+impl bevy::render::sync_component::SyncComponent for GiCamera {
+    type Target = ExtractedGiCamera;
+}
+
+/// Registers [`GiCamera`] and what it does to a camera.
+pub(crate) struct GiCameraPlugin;
+
+impl Plugin for GiCameraPlugin {
+    fn build(&self, app: &mut App) {
+        if !app
+            .world()
+            .contains_resource::<DefaultOpaqueRendererMethod>()
+        {
+            // `MaterialPlugin` would insert the forward method later on.
+            app.insert_resource(DefaultOpaqueRendererMethod::deferred());
+        } else {
+            app.world_mut()
+                .resource_mut::<DefaultOpaqueRendererMethod>()
+                .set_to_deferred();
+            info!("opaque StandardMaterials are now rendered deferred by default, for GI cameras");
+        }
+        app.add_plugins(ExtractComponentPlugin::<GiCamera>::default())
+            .add_observer(turn_msaa_off)
+            .add_systems(PostUpdate, warn_about_format);
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app.add_systems(
+            Render,
+            replace_ambient
+                .after(RenderSystems::ExtractCommands)
+                .before(check_views_need_specialization),
+        );
+    }
+}
+
+/// MSAA cannot be a required component: the default of `Camera` itself would win.
+fn turn_msaa_off(add: On<Add, GiCamera>, cameras: Query<&Msaa>, mut commands: Commands) {
+    if cameras.get(add.entity).is_ok_and(|msaa| *msaa != Msaa::Off) {
+        info_once!(
+            "GiCamera turns MSAA off and HDR on: Bevy's deferred renderer knows no MSAA, and \
+             indirect light is added in HDR. FXAA, SMAA and TAA work."
+        );
+    }
+    commands.entity(add.entity).insert(Msaa::Off);
+}
+
+type ChangedMsaa = (With<GiCamera>, Changed<Msaa>);
+
+/// A camera may get its MSAA back by hand; deferred rendering would then be silently off.
+fn warn_about_format(
+    cameras: Query<(Entity, &Msaa), ChangedMsaa>,
+    mut commands: Commands,
+) {
+    for (entity, msaa) in &cameras {
+        if *msaa != Msaa::Off {
+            info!("{entity}: GiCamera needs Msaa::Off, which is now set again");
+            commands.entity(entity).insert(Msaa::Off);
+        }
+    }
+}
+
+/// Drops the unoccluded ambient terms of cameras that show GI in their place.
+///
+/// Runs in the render world: the user's components stay as they are.
+fn replace_ambient(
+    mut commands: Commands,
+    settings: Res<GiSettings>,
+    views: Query<(Entity, &ExtractedGiCamera)>,
+) {
+    if !settings.replace_ambient {
+        return;
+    }
+    for (view, camera) in &views {
+        if camera.active_technique(&settings) == GiTechnique::Off {
+            continue;
+        }
+        commands
+            .entity(view)
+            .insert(AmbientLight {
+                brightness: 0.0,
+                ..Default::default()
+            })
+            .remove::<bevy::pbr::RenderViewLightProbes<EnvironmentMapLight>>();
+    }
+}

@@ -1,0 +1,106 @@
+//! Compute passes in one line each.
+
+use bevy::{
+    asset::Handle,
+    math::UVec3,
+    render::{
+        diagnostic::{DiagnosticsRecorder, RecordDiagnostics},
+        render_resource::{
+            BindGroup, BindGroupLayoutDescriptor, Buffer, CachedComputePipelineId, CommandEncoder,
+            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache,
+        },
+    },
+    shader::{Shader, ShaderDefVal},
+};
+
+/// A compute pass: its one name is label, debug group and diagnostics path.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ComputePass {
+    pub name: &'static str,
+    pub pipeline: CachedComputePipelineId,
+}
+
+impl ComputePass {
+    /// Queues the pipeline of the entry point `entry` of `shader`.
+    pub fn new(
+        cache: &PipelineCache,
+        name: &'static str,
+        layout: &[&BindGroupLayoutDescriptor],
+        shader: Handle<Shader>,
+        entry: &'static str,
+        shader_defs: Vec<ShaderDefVal>,
+    ) -> Self {
+        Self {
+            name,
+            pipeline: cache.queue_compute_pipeline(ComputePipelineDescriptor {
+                label: Some(name.into()),
+                layout: layout.iter().map(|l| (*l).clone()).collect(),
+                shader,
+                shader_defs,
+                entry_point: Some(entry.into()),
+                ..Default::default()
+            }),
+        }
+    }
+
+    /// Whether the pipeline is compiled.
+    pub fn ready(&self, cache: &PipelineCache) -> bool {
+        cache.get_compute_pipeline(self.pipeline).is_some()
+    }
+}
+
+/// How many workgroups run.
+pub(crate) enum Groups<'a> {
+    /// Fixed numbers.
+    Direct(UVec3),
+    /// Three `u32` at a byte offset of a buffer.
+    Indirect(&'a Buffer, u64),
+}
+
+/// Records compute passes into one encoder, each timed under its name.
+pub(crate) struct Recorder<'a> {
+    pub encoder: &'a mut CommandEncoder,
+    pub cache: &'a PipelineCache,
+    pub diagnostics: Option<&'a DiagnosticsRecorder>,
+}
+
+impl Recorder<'_> {
+    /// Runs a pass; does nothing while its pipeline is not compiled.
+    pub fn run(&mut self, pass: &ComputePass, groups: Groups, bind_groups: &[&BindGroup]) {
+        self.run_many(pass, std::iter::once((groups, bind_groups)));
+    }
+
+    /// Runs a pass several times, timed as one.
+    pub fn run_many<'b>(
+        &mut self,
+        pass: &ComputePass,
+        runs: impl Iterator<Item = (Groups<'b>, &'b [&'b BindGroup])>,
+    ) {
+        let Some(pipeline) = self.cache.get_compute_pipeline(pass.pipeline) else {
+            return;
+        };
+        let mut compute = self.encoder.begin_compute_pass(&ComputePassDescriptor {
+            label: Some(pass.name),
+            timestamp_writes: None,
+        });
+        let span = self.diagnostics.pass_span(&mut compute, pass.name);
+        compute.set_pipeline(pipeline);
+        for (groups, bind_groups) in runs {
+            for (i, group) in bind_groups.iter().enumerate() {
+                compute.set_bind_group(i as u32, Some(&***group), &[]);
+            }
+            match groups {
+                Groups::Direct(n) => compute.dispatch_workgroups(n.x, n.y, n.z),
+                Groups::Indirect(buffer, offset) => {
+                    compute.dispatch_workgroups_indirect(buffer, offset);
+                }
+            }
+        }
+        span.end(&mut compute);
+    }
+}
+
+/// Workgroups of `size` threads that cover `threads`.
+pub(crate) fn groups(threads: UVec3, size: UVec3) -> Groups<'static> {
+    Groups::Direct((threads + size - 1) / size)
+}

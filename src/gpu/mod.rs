@@ -1,0 +1,21 @@
+//! Small helpers over wgpu that every stage uses. Nothing here knows of global illumination.
+
+pub(crate) mod caps;
+pub(crate) mod compute;
+pub(crate) mod memory;
+
+use bevy::{
+    app::{App, Plugin},
+    shader::load_shader_library,
+};
+
+/// Shader libraries of this folder, and bookkeeping.
+pub(crate) struct GpuPlugin;
+
+impl Plugin for GpuPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "pack.wgsl");
+        load_shader_library!(app, "random.wgsl");
+        app.add_plugins(memory::MemoryPlugin);
+    }
+}

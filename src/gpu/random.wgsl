@@ -1,0 +1,20 @@
+// Low-discrepancy numbers for dithering; the same every run.
+#define_import_path bevy_gi::gpu::random
+
+// Interleaved gradient noise (Jimenez 2014): neighbouring pixels get well spread values, 0..1.
+fn gradient_noise(pixel: vec2<f32>) -> f32 {
+    return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+}
+
+// The R1 sequence (Roberts 2018) in time on top of a start value, 0..1.
+fn advance(start: f32, frame: u32) -> f32 {
+    return fract(start + f32(frame % 1024u) * 0.61803398875);
+}
+
+// A hash of an integer point, 0..1.
+fn hash3(p: vec3<u32>) -> f32 {
+    var h = p.x * 1597334677u ^ p.y * 3812015801u ^ p.z * 2798796415u;
+    h = (h ^ (h >> 16u)) * 2246822519u;
+    h = (h ^ (h >> 13u)) * 3266489917u;
+    return f32((h ^ (h >> 16u)) >> 8u) / 16777216.0;
+}

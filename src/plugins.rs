@@ -1,0 +1,49 @@
+//! [`GiPlugins`]: the only file that names every plugin.
+
+use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
+
+use crate::{
+    apply::{ApplyPlugin, gather::GatherPlugin},
+    camera::GiCameraPlugin,
+    debug::DebugPlugin,
+    gpu::{GpuPlugin, caps},
+    scene::ScenePlugin,
+    schedule::SchedulePlugin,
+    settings::SettingsPlugin,
+    surface::SurfacePlugin,
+    technique::vct::{VoxelConeTracing, VoxelConeTracingPlugin},
+};
+
+/// Everything. Add it after `DefaultPlugins`.
+pub struct GiPlugins;
+
+impl PluginGroup for GiPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            // The frame.
+            .add(SchedulePlugin)
+            .add(SettingsPlugin)
+            .add(GiCameraPlugin)
+            // From the scene to the picture.
+            .add(GpuPlugin)
+            .add(SurfacePlugin)
+            .add(ScenePlugin)
+            .add(ApplyPlugin)
+            .add(DebugPlugin)
+            // Techniques: a new one is a folder, and its lines here.
+            .add(VoxelConeTracingPlugin)
+            .add(GatherPlugin::<VoxelConeTracing>::default())
+            .add(SupportPlugin)
+    }
+}
+
+/// Asks the adapter, once it is there.
+struct SupportPlugin;
+
+impl Plugin for SupportPlugin {
+    fn build(&self, _: &mut App) {}
+
+    fn finish(&self, app: &mut App) {
+        caps::detect(app);
+    }
+}

@@ -1,0 +1,140 @@
+//! Group 1 of every pass: the scene's lights, shadows and sky, and the grid of one volume.
+
+use bevy::{
+    app::{App, Plugin},
+    ecs::prelude::*,
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderDevice, RenderQueue},
+    },
+    shader::load_shader_library,
+};
+
+use super::{
+    lights::SceneLights,
+    shadows::SceneShadows,
+    sky::{GpuSky, SceneSky},
+    volume::{ExtractedVolume, GpuVolume},
+};
+
+/// Layout of group 1; `bindings.wgsl` is its twin.
+#[derive(Resource)]
+pub(crate) struct SceneLayout {
+    pub layout: BindGroupLayoutDescriptor,
+    sky_sampler: Sampler,
+}
+
+/// Group 1, for a volume.
+#[derive(Component)]
+pub struct SceneBindGroup(pub(crate) BindGroup);
+
+/// A number that grows whenever light arrives differently: lights, their shadows, or the sky.
+#[derive(Resource, Default, Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct LightingVersion(pub [u64; 3]);
+
+pub(crate) struct SceneBindGroupPlugin;
+
+impl Plugin for SceneBindGroupPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "types.wgsl");
+        load_shader_library!(app, "bindings.wgsl");
+        load_shader_library!(app, "lights.wgsl");
+        load_shader_library!(app, "sky.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<LightingVersion>()
+            .add_systems(RenderStartup, init_scene_layout)
+            .add_systems(
+                Render,
+                prepare_scene_bind_groups.in_set(RenderSystems::PrepareBindGroups),
+            );
+    }
+}
+
+pub(crate) fn init_scene_layout(mut commands: Commands, device: Res<RenderDevice>) {
+    let layout = BindGroupLayoutDescriptor::new(
+        "gi/scene",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                uniform_buffer::<GpuVolume>(false),
+                storage_buffer_read_only_sized(false, None),
+                storage_buffer_read_only_sized(false, None),
+                texture_2d_array(TextureSampleType::Depth),
+                sampler(SamplerBindingType::Comparison),
+                uniform_buffer::<GpuSky>(false),
+                texture_cube(TextureSampleType::Float { filterable: true }),
+                sampler(SamplerBindingType::Filtering),
+            ),
+        ),
+    );
+    let sky_sampler = device.create_sampler(&SamplerDescriptor {
+        label: Some("gi/scene/sky_sampler"),
+        mag_filter: FilterMode::Linear,
+        min_filter: FilterMode::Linear,
+        mipmap_filter: MipmapFilterMode::Linear,
+        ..Default::default()
+    });
+    commands.insert_resource(SceneLayout {
+        layout,
+        sky_sampler,
+    });
+}
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+fn prepare_scene_bind_groups(
+    mut commands: Commands,
+    volumes: Query<(Entity, &ExtractedVolume)>,
+    layout: Option<Res<SceneLayout>>,
+    lights: Res<SceneLights>,
+    shadows: Res<SceneShadows>,
+    sky: Res<SceneSky>,
+    mut version: ResMut<LightingVersion>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    version.0 = [lights.version, shadows.version, sky.version];
+    let (
+        Some(layout),
+        Some(lights),
+        Some(matrices),
+        Some(maps),
+        Some(shadow_sampler),
+        Some(sky_uniform),
+        Some(sky_map),
+    ) = (
+        layout,
+        lights.buffer.binding(),
+        shadows.matrices.binding(),
+        &shadows.view,
+        &shadows.sampler,
+        sky.buffer.binding(),
+        &sky.view,
+    )
+    else {
+        return;
+    };
+    for (entity, volume) in &volumes {
+        let mut uniform = UniformBuffer::from(volume.gpu());
+        uniform.write_buffer(&device, &queue);
+        let bind_group = device.create_bind_group(
+            "gi/scene",
+            &cache.get_bind_group_layout(&layout.layout),
+            &BindGroupEntries::sequential((
+                &uniform,
+                lights.clone(),
+                matrices.clone(),
+                maps,
+                shadow_sampler,
+                sky_uniform.clone(),
+                sky_map,
+                &layout.sky_sampler,
+            )),
+        );
+        commands.entity(entity).insert(SceneBindGroup(bind_group));
+    }
+}

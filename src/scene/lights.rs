@@ -1,0 +1,335 @@
+//! `SceneLights`: every light that bounces, in photometric units, in one GPU buffer.
+//!
+//! Bevy extracts and shadows only lights that some camera sees; these are extracted here by
+//! themselves, so that light from behind the camera bounces too. Kinds and falloffs are Bevy's own
+//! (`bevy_pbr/src/render/pbr_lighting.wgsl`), so that direct and bounced light agree.
+
+use std::f32::consts::PI;
+
+use bevy::{
+    app::{App, Plugin},
+    camera::visibility::InheritedVisibility,
+    color::{Color, ColorToComponents},
+    ecs::prelude::*,
+    light::{DirectionalLight, PointLight, RectLight, SpotLight},
+    math::Vec3,
+    reflect::prelude::*,
+    render::{
+        Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
+        render_resource::{ShaderType, StorageBuffer},
+        renderer::{RenderDevice, RenderQueue},
+    },
+    transform::components::GlobalTransform,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::settings::{Clamp, Clamped, GiSettings};
+
+/// A light's share in global illumination.
+///
+/// Optional: every light of Bevy's takes part at full strength, unless
+/// [`GiSettings::auto_lights`] is off.
+#[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct GiLight {
+    /// Factor on the light that bounces; the direct light stays as it is. 1 is physical. Range
+    /// 0..=16, default 1.
+    pub intensity: f32,
+    /// Whether its bounced light is shadowed. Default `true`; off saves the shadow map.
+    pub shadows: bool,
+}
+
+impl GiLight {
+    /// A light that does not bounce.
+    pub const OFF: Self = Self {
+        intensity: 0.0,
+        shadows: false,
+    };
+}
+
+impl Default for GiLight {
+    fn default() -> Self {
+        Self {
+            intensity: 1.0,
+            shadows: true,
+        }
+    }
+}
+
+impl Clamped for GiLight {
+    fn clamp(&mut self, c: &mut Clamp) {
+        c.float("intensity", &mut self.intensity, 0.0, 16.0);
+    }
+}
+
+/// Kinds of [`GpuLight`]. WGSL gets these as shader definitions, see `shader_defs`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum LightKind {
+    /// `color` in lux.
+    Directional,
+    /// `color` in candela.
+    Point,
+    /// `color` in candela.
+    Spot,
+    /// `color` in nits, on one side.
+    Rect,
+}
+
+/// A light as shaders see it.
+#[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
+pub struct GpuLight {
+    /// Metres.
+    pub position: Vec3,
+    /// A [`LightKind`].
+    pub kind: u32,
+    /// Lux, candela or nits, see [`LightKind`]. Linear Rec. 709.
+    pub color: Vec3,
+    /// Metres; light ends there as Bevy's does.
+    pub range: f32,
+    /// Unit vector in which the light travels.
+    pub direction: Vec3,
+    /// Cosine of the cone inside which a spot is not dimmed.
+    pub cos_inner: f32,
+    /// Half of a rect light's width, metres, as a vector.
+    pub half_width: Vec3,
+    /// Cosine of the cone outside of which a spot is dark.
+    pub cos_outer: f32,
+    /// Half of a rect light's height, metres, as a vector.
+    pub half_height: Vec3,
+    /// First of its shadow maps, or -1.
+    pub shadow: i32,
+}
+
+/// A light that takes part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneLight {
+    /// Main-world entity.
+    pub entity: Entity,
+    /// As shaders see it; `shadow` is filled in by [`shadows`](super::shadows).
+    pub gpu: GpuLight,
+    /// Whether it wants shadow maps.
+    pub shadows: bool,
+}
+
+impl SceneLight {
+    /// Shadow maps of this light: the faces of a cube, or one.
+    pub fn shadow_maps(&self) -> usize {
+        if !self.shadows {
+            0
+        } else if self.gpu.kind == LightKind::Point as u32 || self.gpu.kind == LightKind::Rect as u32
+        {
+            6
+        } else {
+            1
+        }
+    }
+}
+
+/// All lights that take part, strongest first, in the render world.
+#[derive(Resource, Default)]
+pub struct SceneLights {
+    /// Strongest first.
+    pub lights: Vec<SceneLight>,
+    /// Grows whenever a light changes.
+    pub version: u64,
+    /// `array<GpuLight>`, with a dark one at its end so that it is never empty.
+    pub buffer: StorageBuffer<GpuLights>,
+}
+
+/// The buffer behind [`SceneLights::buffer`].
+#[derive(ShaderType, Default)]
+pub struct GpuLights {
+    /// Lights in `array`.
+    pub count: u32,
+    /// The lights.
+    #[shader(size(runtime))]
+    pub array: Vec<GpuLight>,
+}
+
+pub(crate) struct LightsPlugin;
+
+impl Plugin for LightsPlugin {
+    fn build(&self, app: &mut App) {
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<SceneLights>()
+            .add_systems(ExtractSchedule, extract_lights)
+            .add_systems(
+                Render,
+                write_lights.in_set(RenderSystems::PrepareResources),
+            );
+    }
+}
+
+type LightQuery<'w, 's, L> = Query<
+    'w,
+    's,
+    (
+        Entity,
+        &'static L,
+        &'static GlobalTransform,
+        &'static InheritedVisibility,
+        Option<&'static GiLight>,
+    ),
+>;
+
+/// A light of Bevy's, as ours.
+trait ToGpuLight: Component {
+    fn to_gpu(&self, transform: &GlobalTransform) -> GpuLight;
+}
+
+fn rgb(color: Color, factor: f32) -> Vec3 {
+    color.to_linear().to_vec3().max(Vec3::ZERO) * factor
+}
+
+impl ToGpuLight for DirectionalLight {
+    fn to_gpu(&self, transform: &GlobalTransform) -> GpuLight {
+        GpuLight {
+            kind: LightKind::Directional as u32,
+            color: rgb(self.color, self.illuminance),
+            direction: transform.forward().into(),
+            ..Default::default()
+        }
+    }
+}
+
+impl ToGpuLight for PointLight {
+    fn to_gpu(&self, transform: &GlobalTransform) -> GpuLight {
+        GpuLight {
+            kind: LightKind::Point as u32,
+            position: transform.translation(),
+            // Bevy: lumens over the sphere's solid angle.
+            color: rgb(self.color, self.intensity / (4.0 * PI)),
+            range: self.range,
+            direction: transform.forward().into(),
+            ..Default::default()
+        }
+    }
+}
+
+impl ToGpuLight for SpotLight {
+    fn to_gpu(&self, transform: &GlobalTransform) -> GpuLight {
+        GpuLight {
+            kind: LightKind::Spot as u32,
+            position: transform.translation(),
+            // Bevy divides a spot's lumens by the whole sphere too.
+            color: rgb(self.color, self.intensity / (4.0 * PI)),
+            range: self.range,
+            direction: transform.forward().into(),
+            cos_inner: self.inner_angle.cos(),
+            cos_outer: self.outer_angle.cos(),
+            ..Default::default()
+        }
+    }
+}
+
+impl ToGpuLight for RectLight {
+    fn to_gpu(&self, transform: &GlobalTransform) -> GpuLight {
+        let affine = transform.affine();
+        let half_width = Vec3::from(affine.matrix3.x_axis) * self.width * 0.5;
+        let half_height = Vec3::from(affine.matrix3.y_axis) * self.height * 0.5;
+        let area = 4.0 * half_width.length() * half_height.length();
+        GpuLight {
+            kind: LightKind::Rect as u32,
+            position: transform.translation(),
+            // A diffuse emitter of one side: power = pi * area * luminance.
+            color: rgb(self.color, self.intensity / (PI * area.max(1e-6))),
+            range: self.range,
+            direction: transform.forward().into(),
+            half_width,
+            half_height,
+            ..Default::default()
+        }
+    }
+}
+
+fn collect<L: ToGpuLight>(
+    lights: &LightQuery<L>,
+    auto_lights: bool,
+    out: &mut Vec<SceneLight>,
+) {
+    for (entity, light, transform, visibility, gi) in lights {
+        if !visibility.get() || (gi.is_none() && !auto_lights) {
+            continue;
+        }
+        let mut share = gi.copied().unwrap_or_default();
+        Clamp::apply("GiLight", &mut share);
+        let mut gpu = light.to_gpu(transform);
+        gpu.color *= share.intensity;
+        let finite = gpu.position.is_finite()
+            && gpu.color.is_finite()
+            && gpu.direction.is_finite()
+            && gpu.half_width.is_finite()
+            && gpu.half_height.is_finite();
+        if finite && gpu.color.max_element() > 0.0 {
+            gpu.range = gpu.range.clamp(0.0, 1e9);
+            gpu.shadow = -1;
+            out.push(SceneLight {
+                entity,
+                gpu,
+                shadows: share.shadows,
+            });
+        }
+    }
+}
+
+pub(crate) fn extract_lights(
+    settings: Extract<Res<GiSettings>>,
+    directional: Extract<LightQuery<DirectionalLight>>,
+    point: Extract<LightQuery<PointLight>>,
+    spot: Extract<LightQuery<SpotLight>>,
+    rect: Extract<LightQuery<RectLight>>,
+    mut scene: ResMut<SceneLights>,
+) {
+    let mut lights = Vec::new();
+    collect(&directional, settings.auto_lights, &mut lights);
+    collect(&point, settings.auto_lights, &mut lights);
+    collect(&spot, settings.auto_lights, &mut lights);
+    collect(&rect, settings.auto_lights, &mut lights);
+    // The strongest get the shadow maps; the entity makes the order, and so the sums, repeatable.
+    lights.sort_by(|a, b| {
+        let power = |l: &SceneLight| l.gpu.color.max_element();
+        (a.gpu.kind.cmp(&b.gpu.kind))
+            .then(power(b).total_cmp(&power(a)))
+            .then(a.entity.cmp(&b.entity))
+    });
+    super::shadows::assign(
+        &mut lights,
+        settings.max_shadow_maps as usize,
+    );
+    if lights != scene.lights {
+        scene.lights = lights;
+        scene.version += 1;
+    }
+}
+
+fn write_lights(
+    mut scene: ResMut<SceneLights>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    mut written: Local<Option<u64>>,
+) {
+    if written.replace(scene.version) == Some(scene.version) {
+        return;
+    }
+    let mut array: Vec<_> = scene.lights.iter().map(|l| l.gpu).collect();
+    let count = array.len() as u32;
+    array.push(GpuLight::default());
+    scene.buffer.set(GpuLights { count, array });
+    scene.buffer.write_buffer(&device, &queue);
+}
+
+/// For `lights.wgsl`.
+pub(crate) fn shader_defs() -> [bevy::shader::ShaderDefVal; 4] {
+    use bevy::shader::ShaderDefVal::UInt;
+    [
+        UInt("LIGHT_DIRECTIONAL".into(), LightKind::Directional as u32),
+        UInt("LIGHT_POINT".into(), LightKind::Point as u32),
+        UInt("LIGHT_SPOT".into(), LightKind::Spot as u32),
+        UInt("LIGHT_RECT".into(), LightKind::Rect as u32),
+    ]
+}

@@ -1,0 +1,104 @@
+// Direct light at a point: every kind of light, with its shadow.
+#define_import_path bevy_gi::scene::lights
+
+#import bevy_gi::scene::bindings::{lights, shadow_maps, shadow_sampler, shadow_views}
+#import bevy_gi::scene::types::Light
+
+const PI: f32 = 3.14159265359;
+
+// Bevy's windowed inverse-square falloff (`getDistanceAttenuation`), 1/m^2.
+fn distance_attenuation(distance_squared: f32, range: f32) -> f32 {
+    let factor = distance_squared / max(range * range, 1e-4);
+    let window = saturate(1.0 - factor * factor);
+    return window * window / max(distance_squared, 1e-4);
+}
+
+// Face of a cube map whose axis is nearest to `d`: +x -x +y -y +z -z.
+fn cube_face(d: vec3<f32>) -> i32 {
+    let a = abs(d);
+    if a.x >= a.y && a.x >= a.z {
+        return select(1, 0, d.x > 0.0);
+    }
+    if a.y >= a.z {
+        return select(3, 2, d.y > 0.0);
+    }
+    return select(5, 4, d.z > 0.0);
+}
+
+// Part of the light that reaches `p`, 0..1: a 2x2 filtered depth test.
+fn visibility(light: Light, p: vec3<f32>) -> f32 {
+    if light.shadow < 0 {
+        return 1.0;
+    }
+    var map = light.shadow;
+    if light.kind == #{LIGHT_POINT}u || light.kind == #{LIGHT_RECT}u {
+        map += cube_face(p - light.position);
+    }
+    let clip = shadow_views[map] * vec4(p, 1.0);
+    let ndc = clip.xyz / clip.w;
+    let uv = ndc.xy * vec2(0.5, -0.5) + 0.5;
+    if clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv > vec2(1.0)) || ndc.z <= 0.0 {
+        // Beyond the map nothing is known to stand in the way.
+        return 1.0;
+    }
+    return textureSampleCompareLevel(shadow_maps, shadow_sampler, uv, map, ndc.z);
+}
+
+// Irradiance at `p` on a surface facing `n`, lux, shadows left out.
+fn irradiance_unshadowed(light: Light, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
+    if light.kind == #{LIGHT_DIRECTIONAL}u {
+        return light.color * saturate(dot(n, -light.direction));
+    }
+    if light.kind == #{LIGHT_RECT}u {
+        return rect_irradiance(light, p, n);
+    }
+    let to_light = light.position - p;
+    let d2 = dot(to_light, to_light);
+    let l = to_light * inverseSqrt(max(d2, 1e-8));
+    var attenuation = distance_attenuation(d2, light.range);
+    if light.kind == #{LIGHT_SPOT}u {
+        let c = dot(-l, light.direction);
+        let cone = saturate((c - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-4));
+        attenuation *= cone * cone;
+    }
+    return light.color * saturate(dot(n, l)) * attenuation;
+}
+
+// A rect light as 2x2 small patches of its area.
+fn rect_irradiance(light: Light, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
+    let area = 4.0 * length(light.half_width) * length(light.half_height);
+    var sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let s = vec2(f32(i & 1u), f32(i >> 1u)) - 0.5;
+        let to_light = light.position + s.x * light.half_width + s.y * light.half_height - p;
+        let d2 = dot(to_light, to_light);
+        let l = to_light * inverseSqrt(max(d2, 1e-8));
+        let window = distance_attenuation(d2, light.range) * max(d2, 1e-4);
+        // A patch is no point: next to it, it fills at most the hemisphere.
+        let solid_angle = saturate(dot(-l, light.direction)) * area * 0.25 / max(d2, area * 0.05);
+        sum += saturate(dot(n, l)) * solid_angle * window;
+    }
+    return light.color * min(sum, PI);
+}
+
+// Irradiance at `p` on a surface facing `n`, lux, of all lights with their shadows. `spread` is
+// half the width of the region that `p` stands for: visibility is averaged over it.
+fn direct_irradiance(p: vec3<f32>, n: vec3<f32>, spread: f32) -> vec3<f32> {
+    let t = normalize(select(cross(n, vec3(0.0, 0.0, 1.0)), cross(n, vec3(1.0, 0.0, 0.0)), abs(n.z) > 0.7));
+    let b = cross(n, t);
+    var sum = vec3(0.0);
+    for (var i = 0u; i < lights.count; i++) {
+        let light = lights.array[i];
+        let e = irradiance_unshadowed(light, p, n);
+        if all(e <= vec3(0.0)) {
+            continue;
+        }
+        var seen = 0.0;
+        for (var s = 0u; s < 4u; s++) {
+            let o = vec2(f32(s & 1u), f32(s >> 1u)) * 2.0 - 1.0;
+            seen += 0.25 * visibility(light, p + spread * (o.x * t + o.y * b));
+        }
+        sum += e * seen;
+    }
+    return sum;
+}

@@ -1,0 +1,35 @@
+//! Capture: what the scene looks like to light, independent of any camera.
+//!
+//! One-way data flow: the main world's meshes, lights and sky become [`SceneVoxels`](voxels),
+//! [`SceneShadows`](shadows) and [`SceneLights`](lights), and techniques read nothing else.
+//! Everything inside a [`GiVolume`](volume::GiVolume) is kept alive for this, on screen or not.
+
+pub mod bind_group;
+pub mod lights;
+pub mod shadows;
+pub mod visibility;
+pub mod volume;
+pub mod voxels;
+
+pub(crate) mod capture;
+pub(crate) mod sky;
+
+use bevy::app::{App, Plugin};
+
+/// Everything in [`scene`](self).
+pub(crate) struct ScenePlugin;
+
+impl Plugin for ScenePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((
+            volume::VolumePlugin,
+            visibility::VisibilityPlugin,
+            lights::LightsPlugin,
+            sky::SkyPlugin,
+            capture::CapturePlugin,
+            shadows::ShadowsPlugin,
+            voxels::VoxelsPlugin,
+            bind_group::SceneBindGroupPlugin,
+        ));
+    }
+}

@@ -1,0 +1,419 @@
+//! `SceneShadows`: the depth of the scene as each light sees it.
+//!
+//! Bevy's own shadow maps cover the camera's frustum only, and only lights that a camera sees have
+//! any; bounced light needs all of the volume. One texture array holds a layer per map: a
+//! directional light has one, orthographic, around all volumes; a spot one perspective; a point or
+//! rect light the six faces of a cube. A map is drawn again only when its light or some caster
+//! changed.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use bevy::{
+    app::{App, Plugin},
+    core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
+    ecs::{
+        prelude::*,
+        system::{SystemParamItem, lifetimeless::*},
+    },
+    material::{MaterialProperties, key::ErasedMaterialPipelineKey},
+    math::{Mat4, UVec2, Vec3, Vec3A, bounding::{Aabb3d, BoundingVolume}},
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{
+        DrawDepthOnlyPrepass, DrawPrepass, MeshPipelineKey, PrepassPipeline,
+        PrepassPipelineSpecializer,
+    },
+    render::{
+        Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
+        batching::gpu_preprocessing::GpuPreprocessingSupport,
+        diagnostic::RecordDiagnostics,
+        render_phase::{AddRenderCommand, DrawFunctions},
+        render_resource::*,
+        renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue},
+        view::ExtractedView,
+    },
+    transform::components::Transform,
+};
+use std::sync::Arc;
+
+use super::{
+    capture::{
+        CaptureKind, CaptureKindPlugin, CapturePhase, CapturePhases, CapturePipeline, CaptureQueue,
+        CaptureViews, WantedView, preprocess_captures, sync_views,
+    },
+    lights::{LightKind, SceneLight, SceneLights},
+    visibility::{SceneCasters, corners, grid_bounds, overlaps},
+    volume::VolumeGrid,
+};
+use crate::{gpu::memory::GpuMemory, schedule::GiSystems, settings::GiSettings};
+
+/// Nearer to a point, rect or spot light than this, nothing casts a shadow. Metres.
+const NEAR: f32 = 0.02;
+
+/// Depth from the lights: meshes drawn with Bevy's depth-only prepass.
+pub(crate) struct ShadowCapture;
+
+impl CaptureKind for ShadowCapture {
+    type Param = (
+        SRes<PrepassPipeline>,
+        SResMut<SpecializedMeshPipelines<PrepassPipelineSpecializer>>,
+        SRes<DrawFunctions<CapturePhase<Self>>>,
+    );
+    const KEY: MeshPipelineKey = MeshPipelineKey::DEPTH_PREPASS;
+
+    fn specialize(
+        (prepass, pipelines, draws): &mut SystemParamItem<Self::Param>,
+        cache: &PipelineCache,
+        key: ErasedMaterialPipelineKey,
+        mesh_key: MeshPipelineKey,
+        material: &Arc<MaterialProperties>,
+        layout: &MeshVertexBufferLayoutRef,
+    ) -> Option<CapturePipeline> {
+        let specializer = PrepassPipelineSpecializer {
+            pipeline: (**prepass).clone(),
+            properties: material.clone(),
+        };
+        let reads_material = mesh_key
+            .intersects(MeshPipelineKey::MAY_DISCARD | MeshPipelineKey::PREPASS_READS_MATERIAL);
+        let draws = draws.read();
+        Some(CapturePipeline {
+            pipeline: pipelines
+                .specialize(cache, &specializer, key, layout)
+                .ok()?,
+            draw: if reads_material {
+                draws.id::<DrawPrepass>()
+            } else {
+                draws.id::<DrawDepthOnlyPrepass>()
+            },
+            reads_material,
+        })
+    }
+}
+
+/// One shadow map.
+struct ShadowMap {
+    light: Entity,
+    face: u32,
+    clip_from_world: Mat4,
+    /// What the layer shows: the matrix, and the version of the casters.
+    drawn: Option<(Mat4, u64)>,
+    draw_now: bool,
+}
+
+/// All shadow maps, in the render world.
+#[derive(Resource, Default)]
+pub struct SceneShadows {
+    maps: Vec<ShadowMap>,
+    casters_version: u64,
+    size: u32,
+    layers: Vec<TextureView>,
+    texture: Option<Texture>,
+    /// All layers.
+    pub view: Option<TextureView>,
+    /// Compares depths, reverse-Z, bilinear.
+    pub sampler: Option<Sampler>,
+    /// `array<mat4x4<f32>>`: clip from world of each map.
+    pub matrices: StorageBuffer<Vec<Mat4>>,
+    /// Grows whenever a map is drawn.
+    pub version: u64,
+}
+
+/// Gives each light its maps, until `max` are given.
+pub(crate) fn assign(lights: &mut [SceneLight], max: usize) {
+    let mut next = 0;
+    for light in lights {
+        let wanted = light.shadow_maps();
+        if wanted > 0 && next + wanted <= max {
+            light.gpu.shadow = next as i32;
+            next += wanted;
+        } else {
+            light.gpu.shadow = -1;
+        }
+    }
+}
+
+pub(crate) struct ShadowsPlugin;
+
+impl Plugin for ShadowsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins(CaptureKindPlugin::<ShadowCapture, DrawPrepass>::default());
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<SceneShadows>()
+            .add_render_command::<CapturePhase<ShadowCapture>, DrawDepthOnlyPrepass>()
+            .add_systems(
+                ExtractSchedule,
+                extract_shadow_views.after(super::lights::extract_lights),
+            )
+            .add_systems(
+                Render,
+                prepare_shadows.in_set(RenderSystems::PrepareResources),
+            )
+            .add_systems(
+                RenderGraph,
+                draw_shadows
+                    .in_set(GiSystems::CaptureScene)
+                    .after(preprocess_captures),
+            );
+    }
+}
+
+/// Projection and view of one map.
+struct MapView {
+    clip_from_view: Mat4,
+    world_from_view: Transform,
+}
+
+impl MapView {
+    fn clip_from_world(&self) -> Mat4 {
+        self.clip_from_view * self.world_from_view.to_matrix().inverse()
+    }
+}
+
+fn any_up(direction: Vec3) -> Vec3 {
+    if direction.y.abs() > 0.9 { Vec3::Z } else { Vec3::Y }
+}
+
+/// An orthographic view of `volumes` along the light, deep enough for all `casters`.
+fn directional_view(direction: Vec3, volumes: &Aabb3d, casters: &Aabb3d) -> MapView {
+    let mut world_from_view = Transform::default().looking_to(direction, any_up(direction));
+    world_from_view.translation = Vec3::from(volumes.center());
+    let view_from_world = world_from_view.to_matrix().inverse();
+    let bounds_of = |aabb: &Aabb3d| {
+        let points = corners(aabb).map(|p| Vec3A::from(view_from_world.transform_point3(p)));
+        Aabb3d::from_point_cloud(bevy::math::Isometry3d::IDENTITY, points.into_iter())
+    };
+    let (volumes, casters) = (bounds_of(volumes), bounds_of(casters));
+    // The view looks along -z: what is nearest to the light has the largest z.
+    let near = -(volumes.max.z.max(casters.max.z)) - 0.1;
+    let far = -volumes.min.z + 0.1;
+    MapView {
+        // Reverse-Z: far and near are swapped.
+        clip_from_view: Mat4::orthographic_rh(
+            volumes.min.x,
+            volumes.max.x,
+            volumes.min.y,
+            volumes.max.y,
+            far,
+            near,
+        ),
+        world_from_view,
+    }
+}
+
+/// A perspective view from `position`.
+fn perspective_view(position: Vec3, direction: Vec3, fov: f32) -> MapView {
+    MapView {
+        clip_from_view: Mat4::perspective_infinite_reverse_rh(fov, 1.0, NEAR),
+        world_from_view: Transform::from_translation(position)
+            .looking_to(direction, any_up(direction)),
+    }
+}
+
+/// The views of a light's maps, in the order of `cube_face` in `lights.wgsl`.
+fn light_views(light: &SceneLight, volumes: &Aabb3d, casters: &Aabb3d) -> Vec<MapView> {
+    let gpu = &light.gpu;
+    if gpu.kind == LightKind::Directional as u32 {
+        return vec![directional_view(gpu.direction, volumes, casters)];
+    }
+    if gpu.kind == LightKind::Spot as u32 {
+        let fov = (2.0 * gpu.cos_outer.acos() + 0.02).clamp(0.02, PI * 0.98);
+        return vec![perspective_view(gpu.position, gpu.direction, fov)];
+    }
+    let axes = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+    axes.map(|axis| perspective_view(gpu.position, axis, FRAC_PI_2))
+        .into()
+}
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+fn extract_shadow_views(
+    mut commands: Commands,
+    settings: Extract<Res<GiSettings>>,
+    casters: Extract<Res<SceneCasters>>,
+    grids: Extract<Query<&VolumeGrid>>,
+    lights: Res<SceneLights>,
+    mut shadows: ResMut<SceneShadows>,
+    mut views: ResMut<CaptureViews<ShadowCapture>>,
+    mut phases: ResMut<CapturePhases<ShadowCapture>>,
+    support: Res<GpuPreprocessingSupport>,
+) {
+    let shadows = &mut *shadows;
+    shadows.casters_version = casters.version;
+    if shadows.size != settings.shadow_map_size {
+        shadows.size = settings.shadow_map_size;
+        shadows.texture = None;
+    }
+    let volumes = grids
+        .iter()
+        .filter_map(|grid| grid.0.as_ref().map(grid_bounds))
+        .reduce(|a, b| a.merge(&b));
+    let casting = || casters.casters.iter().filter(|caster| caster.shadow);
+    let casting_bounds = casting().map(|c| c.bounds).reduce(|a, b| a.merge(&b));
+
+    let mut maps = Vec::new();
+    let mut wanted = Vec::new();
+    if let (Some(volumes), Some(casting_bounds)) = (volumes, casting_bounds) {
+        for light in lights.lights.iter().filter(|light| light.gpu.shadow >= 0) {
+            // A directional light reaches everything; others what is within their range.
+            let reach = Aabb3d::new(light.gpu.position, Vec3::splat(light.gpu.range));
+            let unbounded = light.gpu.kind == LightKind::Directional as u32;
+            let meshes: Vec<_> = casting()
+                .filter(|c| unbounded || overlaps(&c.bounds, &reach))
+                .map(|c| c.entity)
+                .collect();
+            for (face, view) in light_views(light, &volumes, &casting_bounds)
+                .into_iter()
+                .enumerate()
+            {
+                let face = face as u32;
+                maps.push(ShadowMap {
+                    light: light.entity,
+                    face,
+                    clip_from_world: view.clip_from_world(),
+                    drawn: None,
+                    draw_now: false,
+                });
+                wanted.push(WantedView {
+                    owner: light.entity,
+                    index: face,
+                    clip_from_view: view.clip_from_view,
+                    world_from_view: view.world_from_view,
+                    size: UVec2::splat(shadows.size),
+                    meshes: meshes.clone(),
+                });
+            }
+        }
+    }
+    for (new, old) in maps.iter_mut().zip(&shadows.maps) {
+        if (new.light, new.face) == (old.light, old.face) {
+            new.drawn = old.drawn;
+        }
+    }
+    shadows.maps = maps;
+    sync_views(&mut commands, &mut views, &mut phases, &support, wanted);
+}
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+fn prepare_shadows(
+    mut shadows: ResMut<SceneShadows>,
+    views: Res<CaptureViews<ShadowCapture>>,
+    mut queue: ResMut<CaptureQueue>,
+    mut memory: ResMut<GpuMemory>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    render_queue: Res<RenderQueue>,
+) {
+    let shadows = &mut *shadows;
+    shadows.sampler.get_or_insert_with(|| {
+        device.create_sampler(&SamplerDescriptor {
+            label: Some("gi/scene/shadow_sampler"),
+            mag_filter: FilterMode::Linear,
+            min_filter: FilterMode::Linear,
+            compare: Some(CompareFunction::GreaterEqual),
+            ..Default::default()
+        })
+    });
+    let layers = shadows.maps.len().max(1) as u32;
+    if shadows.texture.as_ref().map(|t| t.size().depth_or_array_layers) != Some(layers) {
+        let texture = device.create_texture(&TextureDescriptor {
+            label: Some("gi/scene/shadow_maps"),
+            size: Extent3d {
+                width: shadows.size,
+                height: shadows.size,
+                depth_or_array_layers: layers,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format: CORE_3D_DEPTH_FORMAT,
+            usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        memory.texture("scene/shadow_maps", &texture);
+        shadows.view = Some(texture.create_view(&TextureViewDescriptor {
+            dimension: Some(TextureViewDimension::D2Array),
+            ..Default::default()
+        }));
+        shadows.layers = (0..layers)
+            .map(|layer| {
+                texture.create_view(&TextureViewDescriptor {
+                    dimension: Some(TextureViewDimension::D2),
+                    base_array_layer: layer,
+                    array_layer_count: Some(1),
+                    ..Default::default()
+                })
+            })
+            .collect();
+        shadows.texture = Some(texture);
+        for map in &mut shadows.maps {
+            map.drawn = None;
+        }
+    }
+    let ready = views.ready(&cache) && !views.changed;
+    let mut matrices_changed = shadows.matrices.get().is_empty();
+    let version = shadows.casters_version;
+    for (i, map) in shadows.maps.iter_mut().enumerate() {
+        let current = (map.clip_from_world, version);
+        map.draw_now = map.drawn != Some(current) || views.changed;
+        if map.draw_now {
+            map.drawn = ready.then_some(current);
+            queue.0.extend(views.get(map.light, map.face));
+            shadows.version += 1;
+        }
+        matrices_changed |= shadows.matrices.get().get(i) != Some(&map.clip_from_world);
+    }
+    if matrices_changed {
+        let mut matrices: Vec<_> = shadows.maps.iter().map(|m| m.clip_from_world).collect();
+        matrices.push(Mat4::IDENTITY);
+        shadows.matrices.set(matrices);
+        shadows.matrices.write_buffer(&device, &render_queue);
+    }
+}
+
+fn draw_shadows(
+    world: &World,
+    shadows: Res<SceneShadows>,
+    views: Res<CaptureViews<ShadowCapture>>,
+    phases: Res<CapturePhases<ShadowCapture>>,
+    extracted: Query<&ExtractedView>,
+    mut ctx: RenderContext,
+) {
+    let diagnostics = ctx.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    if !shadows.maps.iter().any(|map| map.draw_now) {
+        return;
+    }
+    let span = diagnostics.time_span(ctx.command_encoder(), "gi/scene/shadow_maps");
+    for (map, layer) in shadows.maps.iter().zip(&shadows.layers) {
+        if !map.draw_now {
+            continue;
+        }
+        let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
+            label: Some("gi/scene/shadow_maps"),
+            color_attachments: &[],
+            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
+                view: layer,
+                depth_ops: Some(Operations {
+                    load: LoadOp::Clear(0.0),
+                    store: StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        let Some(view) = views.get(map.light, map.face) else {
+            continue;
+        };
+        let phase = extracted
+            .get(view)
+            .ok()
+            .and_then(|v| phases.get(&v.retained_view_entity));
+        if let Some(phase) = phase
+            && let Err(error) = phase.render(&mut pass, world, view)
+        {
+            bevy::log::error!("drawing a shadow map failed: {error:?}");
+        }
+    }
+    span.end(ctx.command_encoder());
+}

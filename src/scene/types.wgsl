@@ -1,0 +1,38 @@
+// GPU structs of the scene; each is the twin of a Rust `Gpu*` struct, which documents its fields.
+#define_import_path bevy_gi::scene::types
+
+// scene/volume.rs
+struct Volume {
+    origin: vec3<f32>,
+    voxel: f32,
+    dims: vec3<u32>,
+    levels: u32,
+    fade: f32,
+}
+
+// scene/lights.rs
+struct Light {
+    position: vec3<f32>,
+    kind: u32,
+    color: vec3<f32>,
+    range: f32,
+    direction: vec3<f32>,
+    cos_inner: f32,
+    half_width: vec3<f32>,
+    cos_outer: f32,
+    half_height: vec3<f32>,
+    shadow: i32,
+}
+
+struct Lights {
+    count: u32,
+    array: array<Light>,
+}
+
+// scene/sky.rs
+struct Sky {
+    rotation: vec4<f32>,
+    constant: vec3<f32>,
+    brightness: f32,
+    levels: f32,
+}

@@ -1,0 +1,189 @@
+//! Which meshes take part, and whether anything about them changed.
+//!
+//! Bevy extracts only what some camera sees. Meshes inside a [`GiVolume`] bounce
+//! light whether seen or not, so they are marked visible here; cameras draw nothing more, since
+//! each keeps its own list.
+
+use bevy::{
+    app::{App, Plugin, PostUpdate},
+    asset::{AssetEvent, Assets},
+    camera::{
+        primitives::Aabb,
+        visibility::{InheritedVisibility, SetViewVisibility, ViewVisibility, VisibilitySystems},
+    },
+    ecs::prelude::*,
+    light::NotShadowCaster,
+    math::{Vec3, Vec3A, bounding::Aabb3d},
+    mesh::{Mesh, Mesh3d, morph::MeshMorphWeights, skinning::SkinnedMesh},
+    pbr::{MeshMaterial3d, StandardMaterial},
+    reflect::prelude::*,
+    transform::components::GlobalTransform,
+};
+use serde::{Deserialize, Serialize};
+
+use super::volume::{GiVolume, VolumeGrid};
+
+/// A mesh that casts and bounces nothing: it receives indirect light only.
+///
+/// For gizmos, held items, particles, and stand-ins of other lights.
+#[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NotGiCaster;
+
+/// A mesh that takes part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Caster {
+    /// Main-world entity.
+    pub entity: Entity,
+    /// Bounds in the world, metres.
+    pub bounds: Aabb3d,
+    /// Whether it casts shadows.
+    pub shadow: bool,
+}
+
+/// All meshes that take part, sorted by entity.
+#[derive(Resource, Default, Debug)]
+pub struct SceneCasters {
+    /// Sorted by entity.
+    pub casters: Vec<Caster>,
+    /// Grows whenever a caster appears, vanishes, moves, deforms or changes its material.
+    pub version: u64,
+    /// Largest component of any caster's emission, as [`StandardMaterial::emissive`] has it. Scales
+    /// the voxelizer's fixed point numbers.
+    pub max_emissive: f32,
+}
+
+pub(crate) struct VisibilityPlugin;
+
+impl Plugin for VisibilityPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<SceneCasters>().add_systems(
+            PostUpdate,
+            collect_casters
+                .in_set(VisibilitySystems::CheckVisibility)
+                .after(super::volume::update_grids)
+                .ambiguous_with_all(),
+        );
+    }
+}
+
+type CasterData = (
+    Entity,
+    &'static InheritedVisibility,
+    &'static mut ViewVisibility,
+    Ref<'static, GlobalTransform>,
+    Ref<'static, Aabb>,
+    Ref<'static, Mesh3d>,
+    Has<NotShadowCaster>,
+    Option<Ref<'static, MeshMorphWeights>>,
+    Option<&'static SkinnedMesh>,
+    Option<Ref<'static, MeshMaterial3d<StandardMaterial>>>,
+);
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+fn collect_casters(
+    volumes: Query<&VolumeGrid, With<GiVolume>>,
+    mut meshes: Query<CasterData, Without<NotGiCaster>>,
+    joints: Query<Ref<GlobalTransform>>,
+    materials: Option<Res<Assets<StandardMaterial>>>,
+    mut material_events: MessageReader<AssetEvent<StandardMaterial>>,
+    mut mesh_events: MessageReader<AssetEvent<Mesh>>,
+    mut scene: ResMut<SceneCasters>,
+    mut last: Local<Vec<Caster>>,
+) {
+    let grids: Vec<_> = volumes.iter().filter_map(|grid| grid.0).collect();
+    // Lights stand outside of a volume too, and what stands between throws its shadow inside: so
+    // everything casts that is not further away than the volume is wide.
+    let bounds: Vec<_> = grids
+        .iter()
+        .map(|g| Aabb3d::new(g.center(), g.size() * 0.5 + g.size().max_element()))
+        .collect();
+
+    // Assets may arrive or change without any component changing.
+    let mut changed = !material_events.is_empty() || !mesh_events.is_empty();
+    material_events.clear();
+    mesh_events.clear();
+
+    std::mem::swap(&mut *last, &mut scene.casters);
+    scene.casters.clear();
+    let mut max_emissive = 0.0f32;
+    for (entity, inherited, mut view, transform, aabb, mesh, no_shadow, morph, skin, material) in
+        &mut meshes
+    {
+        if !inherited.get() || bounds.is_empty() {
+            continue;
+        }
+        let Some(world) = world_bounds(&transform, &aabb) else {
+            continue;
+        };
+        if !bounds.iter().any(|b| overlaps(b, &world)) {
+            continue;
+        }
+        view.set_visible();
+        changed |= transform.is_changed()
+            || aabb.is_changed()
+            || mesh.is_changed()
+            || morph.is_some_and(|m| m.is_changed())
+            || material.as_ref().is_some_and(|m| m.is_changed())
+            || skin.is_some_and(|skin| {
+                let moved = |joint| joints.get(joint).is_ok_and(|t| t.is_changed());
+                skin.joints.iter().copied().any(moved)
+            });
+        if let (Some(materials), Some(handle)) = (&materials, &material)
+            && let Some(material) = materials.get(&handle.0)
+        {
+            let e = material.emissive;
+            // An unlit material shows its base colour, at most 1, as emission.
+            let e = e.red.max(e.green).max(e.blue).max(f32::from(material.unlit));
+            max_emissive = max_emissive.max(e);
+        }
+        scene.casters.push(Caster {
+            entity,
+            bounds: world,
+            shadow: !no_shadow,
+        });
+    }
+    scene.casters.sort_unstable_by_key(|c| c.entity);
+    scene.max_emissive = max_emissive;
+    if changed || *last != scene.casters {
+        scene.version += 1;
+    }
+}
+
+/// Bounds of a mesh in the world; `None` if they are not finite.
+fn world_bounds(transform: &GlobalTransform, aabb: &Aabb) -> Option<Aabb3d> {
+    let affine = transform.affine();
+    let center = affine.transform_point3a(aabb.center);
+    let half = aabb.half_extents;
+    let m = affine.matrix3;
+    let half: Vec3A = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
+    let bounds = Aabb3d {
+        min: center - half,
+        max: center + half,
+    };
+    (bounds.min.is_finite() && bounds.max.is_finite()).then_some(bounds)
+}
+
+/// Whether two boxes touch.
+pub(crate) fn overlaps(a: &Aabb3d, b: &Aabb3d) -> bool {
+    a.min.cmple(b.max).all() && a.max.cmpge(b.min).all()
+}
+
+/// The box of a grid.
+pub(crate) fn grid_bounds(grid: &super::volume::Grid) -> Aabb3d {
+    Aabb3d {
+        min: grid.origin.into(),
+        max: Vec3A::from(grid.origin + grid.size()),
+    }
+}
+
+/// Corners of a box, metres.
+pub(crate) fn corners(bounds: &Aabb3d) -> [Vec3; 8] {
+    std::array::from_fn(|i| {
+        let pick = |axis: usize| match (i >> axis) & 1 {
+            0 => bounds.min[axis],
+            _ => bounds.max[axis],
+        };
+        Vec3::new(pick(0), pick(1), pick(2))
+    })
+}

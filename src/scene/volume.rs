@@ -1,0 +1,314 @@
+//! [`GiVolume`]: where global illumination is computed, and its voxel grid.
+
+use bevy::{
+    app::{App, Plugin, PostUpdate},
+    camera::Camera,
+    ecs::prelude::*,
+    log::warn_once,
+    math::{UVec3, Vec3},
+    reflect::prelude::*,
+    render::{
+        Extract, ExtractSchedule, RenderApp,
+        render_resource::ShaderType,
+        sync_component::{SyncComponent, SyncComponentPlugin},
+        sync_world::{MainEntity, RenderEntity},
+    },
+    transform::{TransformSystems, components::GlobalTransform, components::Transform},
+};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    camera::GiCamera,
+    settings::{Clamp, Clamped},
+};
+
+/// A box in which global illumination is computed.
+///
+/// The entity's `Transform` places the centre; its scale multiplies [`extent`](Self::extent), its
+/// rotation is ignored: grids are aligned with the world's axes. Several volumes may overlap; each
+/// pixel is lit by the one with the finest voxels, blended over [`fade`](Self::fade) at its border.
+///
+/// # Which size, which resolution?
+///
+/// Take the box of what shall be lit, walls included, and a little more, so that no wall lies on
+/// the border. A voxel (`longest side / resolution`) of a tenth of the smallest room's height is
+/// enough for diffuse light, a thirtieth for reflections. Memory grows with the surface (bricks)
+/// plus the cube of `resolution / 2` (48 bytes each).
+#[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
+#[require(Transform)]
+#[serde(default)]
+pub struct GiVolume {
+    /// Full size along the world's axes, metres, before the transform's scale. Each 0.01..=100000,
+    /// default 20 x 10 x 20.
+    pub extent: Vec3,
+    /// Voxels along the longest side. Range 32..=512, default 128; other sides get as many cubic
+    /// voxels as they need, rounded up to whole cells of the coarsest mip level.
+    pub resolution: u32,
+    /// The volume's centre follows the first GI camera, in whole voxels of the coarsest mip level
+    /// that is stable under motion; the transform's translation is an offset. Default `false`.
+    pub follow_camera: bool,
+    /// Width of the border over which the volume's light blends into that of coarser volumes or
+    /// none, as a fraction of the extent. Range 0..=0.5, default 0.05.
+    pub fade: f32,
+}
+
+impl Default for GiVolume {
+    fn default() -> Self {
+        Self::new(Vec3::new(20.0, 10.0, 20.0))
+    }
+}
+
+impl GiVolume {
+    /// A fixed volume of `extent` metres, at the default resolution.
+    pub const fn new(extent: Vec3) -> Self {
+        Self {
+            extent,
+            resolution: 128,
+            follow_camera: false,
+            fade: 0.05,
+        }
+    }
+
+    /// The same volume with `resolution` voxels along its longest side.
+    pub const fn with_resolution(self, resolution: u32) -> Self {
+        Self { resolution, ..self }
+    }
+
+    /// The same volume, moving with the camera.
+    pub const fn following_camera(self) -> Self {
+        Self {
+            follow_camera: true,
+            ..self
+        }
+    }
+}
+
+impl Clamped for GiVolume {
+    fn clamp(&mut self, c: &mut Clamp) {
+        c.float("extent.x", &mut self.extent.x, 0.01, 1e5);
+        c.float("extent.y", &mut self.extent.y, 0.01, 1e5);
+        c.float("extent.z", &mut self.extent.z, 0.01, 1e5);
+        c.int("resolution", &mut self.resolution, 32, 512);
+        c.float("fade", &mut self.fade, 0.0, 0.5);
+    }
+}
+
+/// Voxels along the side of a brick, the unit of sparse storage.
+pub const BRICK: u32 = 4;
+
+/// The grid of a [`GiVolume`]: cubic voxels, aligned with the world's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// Corner of the first voxel, metres.
+    pub origin: Vec3,
+    /// Side of a voxel, metres.
+    pub voxel: f32,
+    /// Voxels along each axis, whole cells of the coarsest level.
+    pub dims: UVec3,
+    /// Levels of the radiance mip chain; a cell of level `l` is `2 << l` voxels wide.
+    pub levels: u32,
+}
+
+impl Grid {
+    /// The grid of a (clamped) volume around `center`.
+    ///
+    /// `None` if anything is not finite.
+    pub fn new(volume: &GiVolume, center: Vec3, scale: Vec3) -> Option<Self> {
+        let extent = volume.extent * scale.abs();
+        if !center.is_finite() || !extent.is_finite() || extent.min_element() <= 0.0 {
+            return None;
+        }
+        let levels = match volume.resolution {
+            0..64 => 4,
+            64..128 => 5,
+            _ => 6,
+        };
+        let coarsest = 1 << levels;
+        let voxel = extent.max_element() / volume.resolution as f32;
+        let dims = (extent / voxel / coarsest as f32)
+            .map(|cells| (cells - 1e-4).ceil().max(1.0))
+            .as_uvec3()
+            * coarsest;
+        // Rounded to voxels that a moving volume keeps in place: all but the two coarsest levels.
+        let snap = voxel * (coarsest / 4) as f32;
+        let corner = center - 0.5 * dims.as_vec3() * voxel;
+        let origin = if volume.follow_camera {
+            (corner / snap).floor() * snap
+        } else {
+            corner
+        };
+        (voxel > 0.0 && origin.is_finite()).then_some(Self {
+            origin,
+            voxel,
+            dims,
+            levels,
+        })
+    }
+
+    /// Size along each axis, metres.
+    pub fn size(&self) -> Vec3 {
+        self.dims.as_vec3() * self.voxel
+    }
+
+    /// Centre, metres.
+    pub fn center(&self) -> Vec3 {
+        self.origin + 0.5 * self.size()
+    }
+
+    /// Bricks along each axis.
+    pub fn bricks(&self) -> UVec3 {
+        self.dims / BRICK
+    }
+}
+
+/// [`Grid`] in WGSL.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub struct GpuVolume {
+    /// Metres.
+    pub origin: Vec3,
+    /// Metres.
+    pub voxel: f32,
+    /// Voxels.
+    pub dims: UVec3,
+    /// Levels of the radiance mip chain.
+    pub levels: u32,
+    /// Fraction of the extent over which the volume fades out.
+    pub fade: f32,
+}
+
+/// The volume's grid this frame, in the main world. `None` while it is invalid.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq)]
+pub struct VolumeGrid(pub Option<Grid>);
+
+/// A [`GiVolume`] in the render world.
+#[derive(Component, Clone, Copy, Debug)]
+pub struct ExtractedVolume {
+    pub(crate) main: MainEntity,
+    pub(crate) grid: Grid,
+    pub(crate) fade: f32,
+}
+
+impl ExtractedVolume {
+    pub(crate) fn gpu(&self) -> GpuVolume {
+        GpuVolume {
+            origin: self.grid.origin,
+            voxel: self.grid.voxel,
+            dims: self.grid.dims,
+            levels: self.grid.levels,
+            fade: self.fade,
+        }
+    }
+}
+
+impl SyncComponent for GiVolume {
+    type Target = (
+        ExtractedVolume,
+        super::voxels::SceneVoxels,
+        super::bind_group::SceneBindGroup,
+        crate::technique::vct::VctCache,
+    );
+}
+
+pub(crate) struct VolumePlugin;
+
+impl Plugin for VolumePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins(SyncComponentPlugin::<GiVolume>::default())
+            .register_required_components::<GiVolume, VolumeGrid>()
+            .add_systems(
+                PostUpdate,
+                update_grids.after(TransformSystems::Propagate),
+            );
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app.add_systems(ExtractSchedule, extract_volumes);
+    }
+}
+
+/// Clamps every volume and computes its grid.
+pub(crate) fn update_grids(
+    mut volumes: Query<(&mut GiVolume, &GlobalTransform, &mut VolumeGrid)>,
+    cameras: Query<(&Camera, &GlobalTransform), With<GiCamera>>,
+) {
+    let camera = cameras
+        .iter()
+        .filter(|(camera, _)| camera.is_active)
+        .min_by_key(|(camera, _)| camera.order)
+        .map(|(_, transform)| transform.translation());
+    for (mut volume, transform, mut grid) in &mut volumes {
+        let mut clamped = *volume;
+        if Clamp::apply("GiVolume", &mut clamped) {
+            *volume = clamped;
+        }
+        let follow = camera.filter(|_| volume.follow_camera).unwrap_or_default();
+        let new = Grid::new(
+            &volume,
+            transform.translation() + follow,
+            transform.scale(),
+        );
+        if new.is_none() {
+            warn_once!("a GiVolume has a transform that is not finite or without size; it is skipped");
+        }
+        grid.set_if_neq(VolumeGrid(new));
+    }
+}
+
+fn extract_volumes(
+    mut commands: Commands,
+    volumes: Extract<Query<(Entity, RenderEntity, &GiVolume, &VolumeGrid)>>,
+) {
+    for (main, render, volume, grid) in &volumes {
+        let mut entity = commands.entity(render);
+        match grid.0 {
+            Some(grid) => entity.insert(ExtractedVolume {
+                main: main.into(),
+                grid,
+                fade: volume.fade,
+            }),
+            None => entity.remove::<<GiVolume as SyncComponent>::Target>(),
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn voxels_are_cubic_and_cover_the_extent() {
+        for resolution in [32, 60, 64, 100, 128, 256, 512] {
+            let volume = GiVolume::new(Vec3::new(30.0, 12.5, 15.0)).with_resolution(resolution);
+            let grid = Grid::new(&volume, Vec3::ONE, Vec3::ONE).unwrap();
+            assert!(grid.size().cmpge(volume.extent - 1e-3).all(), "{grid:?}");
+            assert_eq!(grid.dims % (1 << grid.levels), UVec3::ZERO);
+            assert!((grid.center() - Vec3::ONE).length() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn following_moves_in_whole_cells() {
+        let volume = GiVolume::default().following_camera();
+        let at = |x: f32| Grid::new(&volume, Vec3::splat(x), Vec3::ONE).unwrap();
+        let snap = at(0.0).voxel * 16.0;
+        for i in 0..100 {
+            let cells = at(i as f32 * 0.37).origin / snap;
+            assert!((cells - cells.round()).abs().max_element() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn bad_volumes_are_clamped_or_skipped() {
+        let mut volume = GiVolume::new(Vec3::new(f32::NAN, 0.0, f32::INFINITY));
+        volume.resolution = 10_000;
+        volume.fade = f32::NAN;
+        assert!(Clamp::apply("GiVolume", &mut volume));
+        assert_eq!(volume.resolution, 512);
+        assert!(volume.extent.is_finite() && volume.extent.min_element() > 0.0);
+        assert!((0.0..=0.5).contains(&volume.fade));
+        assert!(!Clamp::apply("GiVolume", &mut volume));
+        assert!(Grid::new(&volume, Vec3::NAN, Vec3::ONE).is_none());
+        assert!(Grid::new(&volume, Vec3::ZERO, Vec3::ZERO).is_none());
+    }
+}

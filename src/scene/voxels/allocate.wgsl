@@ -1,0 +1,55 @@
+// Gives every marked brick a slot in the pool, and computes the arguments of indirect dispatches.
+
+#import bevy_gi::scene::voxels::types::{BRICK_EMPTY, BRICK_MARKED, BRICK_VOXELS, SLICES, Voxelize}
+
+@group(0) @binding(0) var<uniform> voxelize: Voxelize;
+@group(0) @binding(1) var<storage, read_write> brick_map: array<u32>;
+@group(0) @binding(2) var<storage, read_write> brick_list: array<u32>;
+@group(0) @binding(3) var<storage, read_write> counters: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> arguments: array<u32>;
+
+// One thread a brick of the grid. Slots come in any order; nothing depends on it.
+@compute @workgroup_size(64)
+fn allocate(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let brick = id.y * groups.x * 64u + id.x;
+    if brick >= arrayLength(&brick_map) || brick_map[brick] != BRICK_MARKED {
+        return;
+    }
+    let slot = atomicAdd(&counters[#{COUNTER_BRICKS}u], 1u);
+    if slot < arrayLength(&brick_list) {
+        brick_map[brick] = slot + 1u;
+        brick_list[slot] = brick;
+    } else {
+        brick_map[brick] = BRICK_EMPTY;
+    }
+}
+
+fn set_arguments(at: u32, workgroups: u32) {
+    arguments[at] = min(workgroups, #{ARGUMENT_ROW}u);
+    arguments[at + 1u] = (workgroups + #{ARGUMENT_ROW}u - 1u) / #{ARGUMENT_ROW}u;
+    arguments[at + 2u] = 1u;
+}
+
+// One thread in all, after `allocate`.
+@compute @workgroup_size(1)
+fn brick_arguments() {
+    set_arguments(
+        #{ARGUMENT_BRICKS}u,
+        min(atomicLoad(&counters[#{COUNTER_BRICKS}u]), arrayLength(&brick_list)),
+    );
+}
+
+// One thread in all, after `resolve`: where each slice starts, and how many workgroups it takes.
+@compute @workgroup_size(1)
+fn slice_arguments() {
+    var start = 0u;
+    for (var s = 0u; s < SLICES; s++) {
+        let count = atomicLoad(&counters[#{COUNTER_SLICE_COUNT}u + s]);
+        atomicStore(&counters[#{COUNTER_SLICE_START}u + s], start);
+        atomicStore(&counters[#{COUNTER_SLICE_CURSOR}u + s], start);
+        set_arguments(#{ARGUMENT_SLICE}u + 3u * s, (count + 63u) / 64u);
+        start += count;
+    }
+    atomicStore(&counters[#{COUNTER_VOXELS}u], start);
+    set_arguments(#{ARGUMENT_VOXELS}u, (start + 63u) / 64u);
+}

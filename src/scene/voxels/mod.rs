@@ -1,0 +1,91 @@
+//! `SceneVoxels`: albedo, normal, emission and sidedness of all surfaces in a volume.
+//!
+//! # How
+//!
+//! Meshes are drawn along the three axes, each triangle in the views that it faces, with Bevy's own
+//! vertex and material shaders (so skins, morph targets, textures and alpha masks just work), and
+//! the fragment shader sums surface attributes into voxels with integer atomics: the sums commute,
+//! so the result is the same bits every time, whatever the order of fragments.
+//!
+//! Storage is sparse: the volume is divided into *bricks* of 4x4x4 voxels. A first draw marks the
+//! bricks that hold a surface, a compute pass gives each a slot in the *pool*, a second draw sums.
+//!
+//! # Holes
+//!
+//! Each axis is drawn at twice the voxel resolution ([`SUPERSAMPLING`]), so that a column of voxels
+//! is met at 2x2 points, and a triangle is drawn in *every* view whose axis makes less than 60
+//! degrees with its normal, so that neighbours which face different axes overlap by more than a
+//! sample. The result is 6-separating: no path from voxel to face-adjacent voxel crosses a closed
+//! surface. `tests/gpu/voxels.rs` holds it against the exact triangle/box overlap.
+//!
+//! # Record of a voxel
+//!
+//! While drawing, [`WORDS`] sums per voxel; afterwards, in place, the first three words:
+//!
+//! | word | content |
+//! |---|---|
+//! | 0 | albedo, `rgba8unorm`, linear; alpha 1 where there is a surface |
+//! | 1 | normal, octahedral 2 x 12 bit; flags in the top byte: 1 = surface, 2 = two-sided |
+//! | 2 | emission, `rgb9e5`, nits / 64 |
+//!
+//! Both sides of a wall thinner than a voxel fall into the same voxel; it is then *two-sided*, and
+//! lit on each side by itself.
+
+mod node;
+mod prepare;
+mod types;
+
+pub use prepare::SceneVoxels;
+pub(crate) use types::{BRICK_VOXELS, SLICES, argument, shader_defs};
+pub use types::{SUPERSAMPLING, WORDS};
+
+use bevy::{
+    app::{App, Plugin},
+    asset::embedded_asset,
+    core_pipeline::schedule::camera_driver,
+    ecs::prelude::*,
+    render::{
+        ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems, renderer::RenderGraph,
+    },
+    shader::load_shader_library,
+};
+
+use super::capture::{CaptureKindPlugin, preprocess_captures};
+use crate::{gpu::caps::supported, schedule::GiSystems};
+
+pub(crate) struct VoxelsPlugin;
+
+impl Plugin for VoxelsPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "types.wgsl");
+        embedded_asset!(app, "voxelize.wgsl");
+        embedded_asset!(app, "allocate.wgsl");
+        embedded_asset!(app, "resolve.wgsl");
+        app.add_plugins(
+            CaptureKindPlugin::<node::VoxelCapture, node::DrawVoxelize>::default(),
+        );
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<SpecializedMeshPipelinesOf>()
+            .add_systems(RenderStartup, node::init_voxel_pipelines)
+            .add_systems(ExtractSchedule, prepare::extract_voxel_views)
+            .add_systems(
+                Render,
+                prepare::prepare_voxels
+                    .in_set(RenderSystems::PrepareResources)
+                    .run_if(supported),
+            )
+            .add_systems(
+                RenderGraph,
+                node::voxelize
+                    .in_set(GiSystems::CaptureScene)
+                    .after(preprocess_captures)
+                    .before(camera_driver),
+            );
+    }
+}
+
+type SpecializedMeshPipelinesOf =
+    bevy::render::render_resource::SpecializedMeshPipelines<node::VoxelSpecializer>;

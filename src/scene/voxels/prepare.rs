@@ -1,0 +1,353 @@
+//! Memory of a volume's voxels, its three capture views, and whether it must be captured again.
+
+use bevy::{
+    camera::{Camera, Exposure},
+    ecs::prelude::*,
+    math::{Mat4, UVec2, Vec3, Vec4},
+    render::{
+        Extract,
+        batching::gpu_preprocessing::GpuPreprocessingSupport,
+        render_resource::*,
+        renderer::{RenderDevice, RenderQueue},
+    },
+    transform::components::Transform,
+};
+
+use super::{
+    node::{VoxelCapture, VoxelPipelines},
+    types::{BRICK_VOXELS, GpuVoxelize, SUPERSAMPLING, VoxelizeStep, WORDS, argument, counter},
+};
+use crate::{
+    camera::GiCamera,
+    gpu::memory::GpuMemory,
+    scene::{
+        capture::{CapturePhases, CaptureQueue, CaptureViews, WantedView, sync_views},
+        visibility::{SceneCasters, grid_bounds, overlaps},
+        volume::{ExtractedVolume, Grid, VolumeGrid},
+    },
+    settings::{EmissiveUnits, GiSettings},
+};
+
+/// Everything whose change makes the voxels wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Content {
+    casters: u64,
+    /// See [`GpuVoxelize::emission`].
+    emission: Vec4,
+}
+
+/// What [`prepare_voxels`] must know of the main world.
+#[derive(Resource, Clone, Copy)]
+pub(crate) struct ExtractedContent(Content);
+
+/// The voxels of a volume, in the render world. See the [module](super) for the layout.
+#[derive(Component)]
+pub struct SceneVoxels {
+    /// The grid that is captured.
+    pub grid: Grid,
+    /// `u32` per brick of the grid: 0, or slot in the pool + 1. This frame's and the one captured
+    /// before it.
+    pub(crate) brick_maps: [Buffer; 2],
+    /// Which of the two brick maps is current.
+    pub(crate) current: usize,
+    /// The grid of the other brick map.
+    pub(crate) previous_grid: Grid,
+    /// The records of the voxels.
+    pub(crate) pool: Buffer,
+    /// Index of the brick in each slot.
+    pub(crate) brick_list: Buffer,
+    /// `slot * 64 + index in the brick` of each voxel with a surface, by slice.
+    pub(crate) voxel_list: Buffer,
+    /// See [`counter`].
+    pub(crate) counters: Buffer,
+    /// See [`argument`].
+    pub(crate) arguments: Buffer,
+    /// Slots in the pool.
+    pub(crate) capacity: u32,
+    /// Grows with every capture.
+    pub version: u64,
+    captured: Option<(Content, Grid)>,
+    /// Set in the frame in which the volume is captured.
+    pub(crate) job: Option<VoxelJob>,
+}
+
+/// What one capture needs.
+pub(crate) struct VoxelJob {
+    /// By axis, for [`VoxelizeStep::Mark`] and [`VoxelizeStep::Sum`].
+    pub draw: [[BindGroup; 3]; 2],
+    pub views: [Entity; 3],
+    pub allocate: BindGroup,
+    pub resolve: BindGroup,
+    /// Target of each axis: nothing is written to it, but a pass needs one.
+    pub targets: [TextureView; 3],
+}
+
+/// Size of an axis' view, samples.
+fn view_size(grid: &Grid, axis: usize) -> UVec2 {
+    let d = grid.dims * SUPERSAMPLING;
+    [
+        UVec2::new(d.z, d.y),
+        UVec2::new(d.x, d.z),
+        UVec2::new(d.x, d.y),
+    ][axis]
+}
+
+/// The orthographic view from the positive side of an axis onto the whole grid.
+fn axis_view(grid: &Grid, axis: usize) -> (Mat4, Transform) {
+    let size = grid.size();
+    let (direction, up) = [(Vec3::X, Vec3::Y), (Vec3::Y, Vec3::Z), (Vec3::Z, Vec3::Y)][axis];
+    let (width, height, depth) = [
+        (size.z, size.y, size.x),
+        (size.x, size.z, size.y),
+        (size.x, size.y, size.z),
+    ][axis];
+    let (w, h) = (0.5 * width, 0.5 * height);
+    let eye = Transform::from_translation(grid.center() + direction * 0.5 * depth)
+        .looking_to(-direction, up);
+    // Reverse-Z: near and far are swapped.
+    (Mat4::orthographic_rh(-w, w, -h, h, depth, 0.0), eye)
+}
+
+type CameraExposure = (&'static Camera, Option<&'static Exposure>);
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+pub(crate) fn extract_voxel_views(
+    mut commands: Commands,
+    volumes: Extract<Query<(Entity, &VolumeGrid)>>,
+    casters: Extract<Res<SceneCasters>>,
+    settings: Extract<Res<GiSettings>>,
+    cameras: Extract<Query<CameraExposure, With<GiCamera>>>,
+    mut views: ResMut<CaptureViews<VoxelCapture>>,
+    mut phases: ResMut<CapturePhases<VoxelCapture>>,
+    support: Res<GpuPreprocessingSupport>,
+) {
+    let mut wanted = Vec::new();
+    for (owner, grid) in &volumes {
+        let Some(grid) = grid.0 else { continue };
+        let bounds = grid_bounds(&grid);
+        let meshes: Vec<_> = casters
+            .casters
+            .iter()
+            .filter(|caster| overlaps(&caster.bounds, &bounds))
+            .map(|caster| caster.entity)
+            .collect();
+        for axis in 0..3 {
+            let (clip_from_view, world_from_view) = axis_view(&grid, axis);
+            wanted.push(WantedView {
+                owner,
+                index: axis as u32,
+                clip_from_view,
+                world_from_view,
+                size: view_size(&grid, axis),
+                meshes: meshes.clone(),
+            });
+        }
+    }
+    sync_views(&mut commands, &mut views, &mut phases, &support, wanted);
+
+    // Bevy shows `emissive * mix(1, exposure, weight)`, and light as `nits * exposure`.
+    let exposure = cameras
+        .iter()
+        .filter(|(camera, _)| camera.is_active)
+        .min_by_key(|(camera, _)| camera.order)
+        .and_then(|(_, exposure)| exposure.copied())
+        .unwrap_or_default()
+        .exposure()
+        .max(1e-12);
+    let (weight_0, weight_1, unlit) = match settings.emissive_units {
+        EmissiveUnits::AsSeen => (1.0 / exposure, 1.0, 1.0 / exposure),
+        EmissiveUnits::Nits => (1.0, 1.0, 0.0),
+    };
+    let brightest = (casters.max_emissive * weight_0.max(weight_1)).clamp(1e-6, 1e9);
+    commands.insert_resource(ExtractedContent(Content {
+        casters: casters.version,
+        emission: Vec4::new(weight_0, weight_1, unlit, 65535.0 / brightest),
+    }));
+}
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+pub(crate) fn prepare_voxels(
+    mut commands: Commands,
+    mut volumes: Query<(Entity, &ExtractedVolume, Option<&mut SceneVoxels>)>,
+    content: Res<ExtractedContent>,
+    views: Res<CaptureViews<VoxelCapture>>,
+    mut queue: ResMut<CaptureQueue>,
+    pipelines: Res<VoxelPipelines>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    render_queue: Res<RenderQueue>,
+    mut memory: ResMut<GpuMemory>,
+) {
+    let ready = pipelines.ready(&cache);
+    let complete = views.ready(&cache) && !views.changed;
+    for (entity, volume, voxels) in &mut volumes {
+        let Some(mut voxels) = voxels else {
+            if ready {
+                let new = SceneVoxels::new(volume.grid, &device, &mut memory);
+                commands.entity(entity).insert(new);
+            }
+            continue;
+        };
+        if voxels.grid.dims != volume.grid.dims {
+            *voxels = SceneVoxels::new(volume.grid, &device, &mut memory);
+        }
+        voxels.job = None;
+        let wanted = (content.0, volume.grid);
+        if voxels.captured == Some(wanted) && !views.changed {
+            continue;
+        }
+        let axes = [0, 1, 2].map(|axis| views.get(volume.main.id(), axis));
+        let [Some(x), Some(y), Some(z)] = axes else {
+            continue;
+        };
+        queue.0.extend([x, y, z]);
+        // While pipelines are compiled, the scene is captured each frame: it grows complete.
+        voxels.captured = complete.then_some(wanted);
+        voxels.version += 1;
+        voxels.current = 1 - voxels.current;
+        voxels.previous_grid = voxels.grid;
+        voxels.grid = volume.grid;
+        let job = voxels.job(
+            [x, y, z],
+            volume,
+            content.0.emission,
+            &pipelines,
+            &cache,
+            &device,
+            &render_queue,
+        );
+        voxels.job = Some(job);
+    }
+}
+
+impl SceneVoxels {
+    fn new(grid: Grid, device: &RenderDevice, memory: &mut GpuMemory) -> Self {
+        let bricks = grid.bricks().element_product();
+        // Surfaces fill bricks with the square of the resolution, volumes have its cube: the finer
+        // the grid, the smaller the part of it that is needed.
+        let wanted = (bricks / 3).max(bricks.min(8192)).min(65535);
+        let limit = device.limits().max_storage_buffer_binding_size / u64::from(4 * WORDS * BRICK_VOXELS);
+        let capacity = u64::from(wanted).min(limit);
+        let mut buffer = |name: &str, words: u64, usage: BufferUsages| {
+            memory.storage_buffer(device, name, words, usage)
+        };
+        let voxels = capacity * u64::from(BRICK_VOXELS);
+        let none = BufferUsages::empty();
+        Self {
+            grid,
+            previous_grid: grid,
+            brick_maps: [(); 2]
+                .map(|()| buffer("scene/voxels/brick_map", bricks.into(), BufferUsages::COPY_SRC)),
+            current: 0,
+            pool: buffer(
+                "scene/voxels/pool",
+                voxels * u64::from(WORDS),
+                BufferUsages::COPY_SRC,
+            ),
+            brick_list: buffer("scene/voxels/brick_list", capacity, none),
+            voxel_list: buffer("scene/voxels/voxel_list", voxels, none),
+            counters: buffer(
+                "scene/voxels/counters",
+                counter::WORDS.into(),
+                BufferUsages::COPY_SRC,
+            ),
+            arguments: buffer(
+                "scene/voxels/arguments",
+                argument::WORDS.into(),
+                BufferUsages::INDIRECT,
+            ),
+            capacity: capacity as u32,
+            version: 0,
+            captured: None,
+            job: None,
+        }
+    }
+
+    /// The brick map that belongs to the pool.
+    pub(crate) fn brick_map(&self) -> &Buffer {
+        &self.brick_maps[self.current]
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "what a capture depends on")]
+    fn job(
+        &self,
+        views: [Entity; 3],
+        volume: &ExtractedVolume,
+        emission: Vec4,
+        pipelines: &VoxelPipelines,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) -> VoxelJob {
+        let uniform = |axis: u32, step: VoxelizeStep| {
+            let mut buffer = UniformBuffer::from(GpuVoxelize {
+                volume: volume.gpu(),
+                axis,
+                step: step as u32,
+                emission,
+            });
+            buffer.write_buffer(device, queue);
+            buffer
+        };
+        let draw = [VoxelizeStep::Mark, VoxelizeStep::Sum].map(|step| {
+            [0, 1, 2].map(|axis| {
+                device.create_bind_group(
+                    "gi/scene/voxelize",
+                    &cache.get_bind_group_layout(&pipelines.draw_layout),
+                    &BindGroupEntries::sequential((
+                        &uniform(axis, step),
+                        self.brick_map().as_entire_binding(),
+                        self.pool.as_entire_binding(),
+                    )),
+                )
+            })
+        });
+        let uniform = uniform(0, VoxelizeStep::Sum);
+        let targets = [0, 1, 2].map(|axis| {
+            let size = view_size(&self.grid, axis);
+            device
+                .create_texture(&TextureDescriptor {
+                    label: Some("gi/scene/voxelize_target"),
+                    size: Extent3d {
+                        width: size.x,
+                        height: size.y,
+                        depth_or_array_layers: 1,
+                    },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: TextureDimension::D2,
+                    format: TextureFormat::R8Unorm,
+                    usage: TextureUsages::RENDER_ATTACHMENT,
+                    view_formats: &[],
+                })
+                .create_view(&TextureViewDescriptor::default())
+        });
+        VoxelJob {
+            draw,
+            views,
+            allocate: device.create_bind_group(
+                "gi/scene/allocate_bricks",
+                &cache.get_bind_group_layout(&pipelines.allocate_layout),
+                &BindGroupEntries::sequential((
+                    &uniform,
+                    self.brick_map().as_entire_binding(),
+                    self.brick_list.as_entire_binding(),
+                    self.counters.as_entire_binding(),
+                    self.arguments.as_entire_binding(),
+                )),
+            ),
+            resolve: device.create_bind_group(
+                "gi/scene/resolve_voxels",
+                &cache.get_bind_group_layout(&pipelines.resolve_layout),
+                &BindGroupEntries::sequential((
+                    &uniform,
+                    self.pool.as_entire_binding(),
+                    self.brick_list.as_entire_binding(),
+                    self.counters.as_entire_binding(),
+                    self.voxel_list.as_entire_binding(),
+                )),
+            ),
+            targets,
+        }
+    }
+}

@@ -1,0 +1,85 @@
+// Turns a voxel's sums into its surface, in place, and lists the voxels that have one.
+
+#import bevy_gi::gpu::pack::{pack_normal, pack_radiance}
+#import bevy_gi::scene::voxels::types::{
+    BRICK, BRICK_VOXELS, FLAG_SURFACE, FLAG_TWO_SIDED, Voxelize, WORDS, brick_coords, brick_slice,
+}
+
+@group(0) @binding(0) var<uniform> voxelize: Voxelize;
+@group(0) @binding(1) var<storage, read_write> pool: array<u32>;
+@group(0) @binding(2) var<storage, read> brick_list: array<u32>;
+@group(0) @binding(3) var<storage, read_write> counters: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> voxel_list: array<u32>;
+
+// Word of the record that says whether there is a surface, for `list`.
+fn record(slot: u32, local: u32) -> u32 {
+    return (slot * BRICK_VOXELS + local) * WORDS;
+}
+
+fn slot_of(group: vec3<u32>) -> u32 {
+    return group.y * #{ARGUMENT_ROW}u + group.x;
+}
+
+// One workgroup a brick, one thread a voxel.
+@compute @workgroup_size(64)
+fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let slot = slot_of(group);
+    if slot >= min(atomicLoad(&counters[#{COUNTER_BRICKS}u]), arrayLength(&brick_list)) {
+        return;
+    }
+    let at = record(slot, local);
+    let sides = vec3(pool[at + 3u], pool[at + 4u], pool[at + 5u]);
+    let positive = vec3<f32>(sides & vec3(0xffffu));
+    let negative = vec3<f32>(sides >> vec3(16u));
+    let samples = positive + negative;
+    let axis_sum = vec3<f32>(
+        f32(bitcast<i32>(pool[at + 6u])),
+        f32(bitcast<i32>(pool[at + 7u])),
+        f32(bitcast<i32>(pool[at + 8u])),
+    );
+    let total = samples.x + samples.y + samples.z;
+    if total == 0.0 {
+        return;
+    }
+    // Each facing group votes with its own sign. A voxel is two-sided where its largest group
+    // looks both ways.
+    var main_axis = 0u;
+    if samples.y > samples.x && samples.y >= samples.z {
+        main_axis = 1u;
+    } else if samples.z > samples.x {
+        main_axis = 2u;
+    }
+    let two_sided = 4.0 * min(positive[main_axis], negative[main_axis]) > samples[main_axis];
+    var n = axis_sum;
+    if !two_sided {
+        n *= select(vec3(1.0), vec3(-1.0), (negative > positive) & (samples > vec3(0.0)));
+        if samples[main_axis] == total && negative[main_axis] > positive[main_axis] {
+            n = -axis_sum;
+        }
+    }
+    n = select(vec3(0.0, 1.0, 0.0), normalize(n), dot(n, n) > 0.0);
+
+    let color = vec3<f32>(vec3(pool[at], pool[at + 1u], pool[at + 2u])) / 65535.0;
+    let emission = vec3<f32>(vec3(pool[at + 9u], pool[at + 10u], pool[at + 11u])) / voxelize.emission.w;
+    let flags = FLAG_SURFACE | select(0u, FLAG_TWO_SIDED, two_sided);
+    pool[at] = pack4x8unorm(vec4(color / total, 1.0));
+    pool[at + 1u] = pack_normal(n, flags);
+    pool[at + 2u] = pack_radiance(emission / total);
+    let slice = brick_slice(brick_coords(brick_list[slot], voxelize.volume.dims));
+    atomicAdd(&counters[#{COUNTER_SLICE_COUNT}u + slice], 1u);
+}
+
+// One workgroup a brick, one thread a voxel, once the slices' starts are known.
+@compute @workgroup_size(64)
+fn list(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let slot = slot_of(group);
+    if slot >= min(atomicLoad(&counters[#{COUNTER_BRICKS}u]), arrayLength(&brick_list)) {
+        return;
+    }
+    if ((pool[record(slot, local) + 1u] >> 24u) & FLAG_SURFACE) == 0u {
+        return;
+    }
+    let slice = brick_slice(brick_coords(brick_list[slot], voxelize.volume.dims));
+    let i = atomicAdd(&counters[#{COUNTER_SLICE_CURSOR}u + slice], 1u);
+    voxel_list[i] = slot * BRICK_VOXELS + local;
+}

@@ -1,0 +1,92 @@
+//! Layouts shared with `types.wgsl`, and their constants, which WGSL gets as definitions.
+
+use bevy::{math::Vec4, render::render_resource::ShaderType, shader::ShaderDefVal};
+
+use crate::scene::volume::{BRICK, GpuVolume};
+
+/// Words of a voxel's sums while it is drawn.
+pub const WORDS: u32 = 12;
+/// Voxels in a brick.
+pub const BRICK_VOXELS: u32 = BRICK * BRICK * BRICK;
+/// Samples per voxel along each axis of a view.
+pub const SUPERSAMPLING: u32 = 2;
+/// Voxels are also listed in this many slices, so that work can be spread over frames. A brick
+/// belongs to one, by the parity of its coordinates.
+pub const SLICES: u32 = 8;
+
+/// Steps of `voxelize`, as the uniform says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(u32)]
+pub enum VoxelizeStep {
+    /// Mark the bricks that hold a surface.
+    Mark,
+    /// Sum the attributes.
+    Sum,
+}
+
+/// Uniform of one voxelizer draw.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub struct GpuVoxelize {
+    pub volume: GpuVolume,
+    /// Axis of the view: 0, 1, 2.
+    pub axis: u32,
+    /// A [`VoxelizeStep`].
+    pub step: u32,
+    /// x, y: nits per unit of `StandardMaterial::emissive` at exposure weight 0 and 1; z: nits per
+    /// unit of an unlit material's colour; w: fixed point units per nit.
+    pub emission: Vec4,
+}
+
+/// Where things are in the buffer of counters and indirect arguments, in words.
+pub mod counter {
+    use super::SLICES;
+    /// Bricks that asked for a slot; may exceed the pool.
+    pub const BRICKS: u32 = 0;
+    /// Voxels with a surface.
+    pub const VOXELS: u32 = 1;
+    /// Voxels of each slice.
+    pub const SLICE_COUNT: u32 = 2;
+    /// First entry of each slice in the list.
+    pub const SLICE_START: u32 = SLICE_COUNT + SLICES;
+    /// Next free entry of each slice.
+    pub const SLICE_CURSOR: u32 = SLICE_START + SLICES;
+    /// All of it.
+    pub const WORDS: u32 = SLICE_CURSOR + SLICES;
+}
+
+/// Where the arguments of indirect dispatches are, in words.
+pub mod argument {
+    use super::SLICES;
+    /// One workgroup a brick.
+    pub const BRICKS: u32 = 0;
+    /// One thread a voxel, in workgroups of 64.
+    pub const VOXELS: u32 = 3;
+    /// The same for each slice.
+    pub const SLICE: u32 = 6;
+    /// All of it.
+    pub const WORDS: u32 = SLICE + 3 * SLICES;
+    /// Most workgroups along x; more go into y.
+    pub const ROW: u32 = 32768;
+}
+
+/// The constants above, for `types.wgsl`.
+pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
+    [
+        ("WORDS", WORDS),
+        ("BRICK", BRICK),
+        ("BRICK_VOXELS", BRICK_VOXELS),
+        ("SLICES", SLICES),
+        ("STEP_MARK", VoxelizeStep::Mark as u32),
+        ("COUNTER_BRICKS", counter::BRICKS),
+        ("COUNTER_VOXELS", counter::VOXELS),
+        ("COUNTER_SLICE_COUNT", counter::SLICE_COUNT),
+        ("COUNTER_SLICE_START", counter::SLICE_START),
+        ("COUNTER_SLICE_CURSOR", counter::SLICE_CURSOR),
+        ("ARGUMENT_BRICKS", argument::BRICKS),
+        ("ARGUMENT_VOXELS", argument::VOXELS),
+        ("ARGUMENT_SLICE", argument::SLICE),
+        ("ARGUMENT_ROW", argument::ROW),
+    ]
+    .map(|(name, value)| ShaderDefVal::UInt(name.into(), value))
+    .into()
+}

@@ -1,0 +1,81 @@
+// The sparse voxel grid: addressing, and the record of a voxel. Twin of types.rs.
+#define_import_path bevy_gi::scene::voxels::types
+
+#import bevy_gi::gpu::pack::{unpack_normal, unpack_radiance}
+#import bevy_gi::scene::types::Volume
+
+const WORDS: u32 = #{WORDS}u;
+const BRICK: u32 = #{BRICK}u;
+const BRICK_VOXELS: u32 = #{BRICK_VOXELS}u;
+const SLICES: u32 = #{SLICES}u;
+
+// Content of the brick map besides "slot + 1".
+const BRICK_EMPTY: u32 = 0u;
+const BRICK_MARKED: u32 = 0xffffffffu;
+
+const FLAG_SURFACE: u32 = 1u;
+const FLAG_TWO_SIDED: u32 = 2u;
+
+struct Voxelize {
+    volume: Volume,
+    axis: u32,
+    step: u32,
+    emission: vec4<f32>,
+}
+
+// A voxel's surface.
+struct Voxel {
+    albedo: vec3<f32>,
+    // Of the front; the back of a two-sided voxel looks the other way.
+    normal: vec3<f32>,
+    // Nits.
+    emission: vec3<f32>,
+    exists: bool,
+    two_sided: bool,
+}
+
+fn unpack_voxel(words: vec3<u32>) -> Voxel {
+    let flags = words.y >> 24u;
+    var v: Voxel;
+    v.albedo = unpack4x8unorm(words.x).rgb;
+    v.normal = unpack_normal(words.y);
+    v.emission = unpack_radiance(words.z);
+    v.exists = (flags & FLAG_SURFACE) != 0u;
+    v.two_sided = (flags & FLAG_TWO_SIDED) != 0u;
+    return v;
+}
+
+// Index of the brick that holds `voxel`.
+fn brick_index(voxel: vec3<u32>, dims: vec3<u32>) -> u32 {
+    let b = voxel / BRICK;
+    let n = dims / BRICK;
+    return (b.z * n.y + b.y) * n.x + b.x;
+}
+
+// Coordinates of a brick from its index.
+fn brick_coords(index: u32, dims: vec3<u32>) -> vec3<u32> {
+    let n = dims / BRICK;
+    return vec3(index % n.x, (index / n.x) % n.y, index / (n.x * n.y));
+}
+
+// Index of `voxel` in its brick.
+fn local_index(voxel: vec3<u32>) -> u32 {
+    let l = voxel % BRICK;
+    return (l.z * BRICK + l.y) * BRICK + l.x;
+}
+
+// Coordinates in the brick from the index in it.
+fn local_coords(index: u32) -> vec3<u32> {
+    return vec3(index % BRICK, (index / BRICK) % BRICK, index / (BRICK * BRICK));
+}
+
+// The slice that a brick belongs to.
+fn brick_slice(brick: vec3<u32>) -> u32 {
+    let p = brick & vec3(1u);
+    return p.x | (p.y << 1u) | (p.z << 2u);
+}
+
+// Centre of a voxel, metres.
+fn voxel_center(voxel: vec3<u32>, volume: Volume) -> vec3<f32> {
+    return volume.origin + (vec3<f32>(voxel) + 0.5) * volume.voxel;
+}

@@ -1,0 +1,331 @@
+//! [`GiSettings`]: what holds for every technique, its presets, and the clamping of bad values.
+
+use bevy::{
+    app::{App, Plugin, PreUpdate},
+    color::LinearRgba,
+    ecs::{prelude::*, schedule::IntoScheduleConfigs},
+    log::warn,
+    reflect::prelude::*,
+    render::{extract_resource::ExtractResource, extract_resource::ExtractResourcePlugin},
+};
+use serde::{Deserialize, Serialize};
+
+/// Which technique computes the indirect light.
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+pub enum GiTechnique {
+    /// No indirect light. The camera renders as if the plugin were absent.
+    Off,
+    /// Voxel cone tracing, see [`technique::vct`](crate::technique::vct).
+    #[default]
+    VoxelConeTracing,
+}
+
+impl GiTechnique {
+    /// Every technique, in the order in which keys and lists show them.
+    pub const ALL: [Self; 2] = [Self::Off, Self::VoxelConeTracing];
+
+    /// Short name, as used by the viewer's `--technique` and in diagnostics paths.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::VoxelConeTracing => "vct",
+        }
+    }
+
+    /// The technique of that [`name`](Self::name).
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|t| t.name() == name)
+    }
+}
+
+/// Resolution at which indirect light is gathered, relative to the camera's.
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+pub enum GatherResolution {
+    /// One gather per pixel.
+    Full,
+    /// One gather per 2x2 pixels.
+    #[default]
+    Half,
+    /// One gather per 4x4 pixels.
+    Quarter,
+}
+
+impl GatherResolution {
+    /// Pixels per gather along each axis: 1, 2 or 4.
+    pub const fn divisor(self) -> u32 {
+        match self {
+            Self::Full => 1,
+            Self::Half => 2,
+            Self::Quarter => 4,
+        }
+    }
+}
+
+/// How a material's emission becomes light.
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+pub enum EmissiveUnits {
+    /// A surface lights its surroundings as brightly as it looks on screen, whatever
+    /// `StandardMaterial::emissive_exposure_weight` says. The exposure is that of the GI camera
+    /// with the lowest `Camera::order`.
+    #[default]
+    AsSeen,
+    /// `StandardMaterial::emissive` is a luminance in nits. Used to compare with a path tracer.
+    Nits,
+}
+
+/// The light that arrives from outside of the scene.
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+pub enum GiSky {
+    /// The camera's `EnvironmentMapLight`, else its `Skybox`, else its ambient light as a constant
+    /// (only with [`GiSettings::replace_ambient`]), else black.
+    #[default]
+    Camera,
+    /// The same luminance from every direction. Linear Rec. 709, nits.
+    Constant(LinearRgba),
+    /// No light from outside.
+    Black,
+}
+
+/// Quality presets, applied by [`GiSettings::preset`] and by the presets of each technique.
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+pub enum GiQuality {
+    /// Integrated and old GPUs.
+    Low,
+    /// The default.
+    #[default]
+    Medium,
+    /// Discrete GPUs.
+    High,
+    /// Screenshots and comparison.
+    Ultra,
+}
+
+impl GiQuality {
+    /// Every preset, lowest first.
+    pub const ALL: [Self; 4] = [Self::Low, Self::Medium, Self::High, Self::Ultra];
+
+    /// Lower-case name, as used by the viewer.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Low => "low",
+            Self::Medium => "medium",
+            Self::High => "high",
+            Self::Ultra => "ultra",
+        }
+    }
+}
+
+/// What holds for every technique.
+///
+/// Values out of range are clamped, with one warning that names field, value and range.
+#[derive(Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct GiSettings {
+    /// The technique of every [`GiCamera`](crate::GiCamera) that names none itself.
+    pub technique: GiTechnique,
+    /// Factor on the indirect light that is added to the picture. 1 is physical. Range 0..=16,
+    /// default 1. Does not change the bounces themselves, so it cannot run away. No cost.
+    pub indirect_strength: f32,
+    /// Resolution of the gather. Default half. Cost of the gather is proportional to its pixels.
+    pub gather_resolution: GatherResolution,
+    /// Number of past frames blended into each gathered pixel, 1 = none. Range 1..=128, default 24.
+    /// More is calmer and slower to react. Cost: two reads and two writes a gathered pixel.
+    pub history_frames: u32,
+    /// Leaves out the ambient light and the environment map of GI cameras, and lets their light
+    /// arrive as sky through the scene instead, with occlusion. Default `false`.
+    pub replace_ambient: bool,
+    /// Where light from outside of the scene comes from. Default [`GiSky::Camera`].
+    pub sky: GiSky,
+    /// How a material's emission becomes light. Default [`EmissiveUnits::AsSeen`].
+    pub emissive_units: EmissiveUnits,
+    /// Every light without a [`GiLight`](crate::GiLight) takes part. Default `true`.
+    pub auto_lights: bool,
+    /// Texels along the side of each shadow map that the bounced light uses. A point or rect light
+    /// takes six of them, any other one. Range 64..=2048, default 512. 4 bytes a texel.
+    pub shadow_map_size: u32,
+    /// Most shadow maps at once; lights beyond, in order of power, bounce without shadow. Range
+    /// 1..=256, default 48.
+    pub max_shadow_maps: u32,
+}
+
+impl Default for GiSettings {
+    fn default() -> Self {
+        Self {
+            technique: GiTechnique::VoxelConeTracing,
+            indirect_strength: 1.0,
+            gather_resolution: GatherResolution::Half,
+            history_frames: 24,
+            replace_ambient: false,
+            sky: GiSky::Camera,
+            emissive_units: EmissiveUnits::AsSeen,
+            auto_lights: true,
+            shadow_map_size: 512,
+            max_shadow_maps: 48,
+        }
+    }
+}
+
+impl GiSettings {
+    /// The given quality; what is no question of quality keeps its default.
+    pub fn preset(quality: GiQuality) -> Self {
+        let (gather_resolution, shadow_map_size) = match quality {
+            GiQuality::Low => (GatherResolution::Quarter, 256),
+            GiQuality::Medium => (GatherResolution::Half, 512),
+            GiQuality::High => (GatherResolution::Half, 1024),
+            GiQuality::Ultra => (GatherResolution::Full, 1024),
+        };
+        Self {
+            gather_resolution,
+            shadow_map_size,
+            ..Self::default()
+        }
+    }
+}
+
+impl Clamped for GiSettings {
+    fn clamp(&mut self, c: &mut Clamp) {
+        c.float("indirect_strength", &mut self.indirect_strength, 0.0, 16.0);
+        c.int("history_frames", &mut self.history_frames, 1, 128);
+        c.int("shadow_map_size", &mut self.shadow_map_size, 64, 2048);
+        c.int("max_shadow_maps", &mut self.max_shadow_maps, 1, 256);
+        if let GiSky::Constant(color) = &mut self.sky {
+            c.color("sky", color, 1e6);
+        }
+    }
+}
+
+/// A settings type whose fields have ranges.
+pub(crate) trait Clamped {
+    /// Brings every field into its range, through `clamp`.
+    fn clamp(&mut self, clamp: &mut Clamp);
+}
+
+/// Brings values into their ranges and remembers what it had to change.
+pub(crate) struct Clamp {
+    owner: &'static str,
+    changed: bool,
+}
+
+impl Clamp {
+    /// Clamps `value`, a `T` called `owner` in warnings. True if anything was out of range.
+    pub fn apply<T: Clamped>(owner: &'static str, value: &mut T) -> bool {
+        let mut clamp = Self {
+            owner,
+            changed: false,
+        };
+        value.clamp(&mut clamp);
+        clamp.changed
+    }
+
+    /// Not-a-number becomes `min`.
+    pub fn float(&mut self, field: &str, value: &mut f32, min: f32, max: f32) {
+        if !(min..=max).contains(value) {
+            let old = std::mem::replace(value, value.max(min).min(max));
+            self.warn(field, old, *value, min, max);
+        }
+    }
+
+    pub fn int(&mut self, field: &str, value: &mut u32, min: u32, max: u32) {
+        if !(min..=max).contains(value) {
+            let old = std::mem::replace(value, (*value).clamp(min, max));
+            self.warn(field, old, *value, min, max);
+        }
+    }
+
+    pub fn color(&mut self, field: &str, value: &mut LinearRgba, max: f32) {
+        self.float(field, &mut value.red, 0.0, max);
+        self.float(field, &mut value.green, 0.0, max);
+        self.float(field, &mut value.blue, 0.0, max);
+    }
+
+    fn warn(
+        &mut self,
+        field: &str,
+        old: impl std::fmt::Display,
+        new: impl std::fmt::Display,
+        min: impl std::fmt::Display,
+        max: impl std::fmt::Display,
+    ) {
+        self.changed = true;
+        warn!(
+            "{}.{field} = {old} is outside of {min}..={max}; using {new}",
+            self.owner
+        );
+    }
+}
+
+/// Clamps a settings resource whenever it changes, and sends it to the render world.
+pub(crate) struct SettingsResourcePlugin<T>(std::marker::PhantomData<T>);
+
+impl<T> Default for SettingsResourcePlugin<T> {
+    fn default() -> Self {
+        Self(std::marker::PhantomData)
+    }
+}
+
+impl<T> Plugin for SettingsResourcePlugin<T>
+where
+    T: Clamped + TypePath + FromWorld + Clone,
+    T: ExtractResource<Source = T> + Resource<Mutability = bevy::ecs::component::Mutable>,
+{
+    fn build(&self, app: &mut App) {
+        app.init_resource::<T>()
+            .add_systems(
+                bevy::app::Last,
+                clamp_settings::<T>.run_if(resource_changed::<T>),
+            )
+            .add_systems(
+                PreUpdate,
+                clamp_settings::<T>.run_if(resource_changed::<T>),
+            )
+            .add_plugins(ExtractResourcePlugin::<T>::default());
+    }
+}
+
+fn clamp_settings<T>(mut settings: ResMut<T>)
+where
+    T: Clamped + TypePath + Resource<Mutability = bevy::ecs::component::Mutable>,
+{
+    // Clamping twice what is already in range would mark it as changed again, for ever.
+    Clamp::apply(T::short_type_path(), settings.bypass_change_detection());
+}
+
+/// Where temporal history is thrown away on request.
+///
+/// Every cache and every camera's history starts afresh in the frame after [`reset`](Self::reset):
+/// after a teleport, a cut, or to make a capture repeatable.
+#[derive(Resource, Reflect, ExtractResource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Resource, Default, Clone, PartialEq)]
+pub struct GiHistory {
+    epoch: u32,
+}
+
+impl GiHistory {
+    /// Drops all temporal state in the next frame.
+    pub fn reset(&mut self) {
+        self.epoch = self.epoch.wrapping_add(1);
+    }
+
+    /// Number of resets so far.
+    pub fn epoch(&self) -> u32 {
+        self.epoch
+    }
+}
+
+/// Registers [`GiSettings`] and [`GiHistory`].
+pub(crate) struct SettingsPlugin;
+
+impl Plugin for SettingsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<GiHistory>().add_plugins((
+            SettingsResourcePlugin::<GiSettings>::default(),
+            ExtractResourcePlugin::<GiHistory>::default(),
+        ));
+    }
+}

@@ -1,0 +1,119 @@
+//! What a camera sees: group 0 of every per-camera pass.
+//!
+//! Bevy's G-buffer, depth and motion vectors, with `load_surface` in `surface.wgsl` to unpack them.
+
+use bevy::{
+    app::{App, Plugin},
+    core_pipeline::prepass::ViewPrepassTextures,
+    ecs::prelude::*,
+    math::UVec2,
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        camera::ExtractedCamera,
+        render_resource::{binding_types::*, *},
+        renderer::RenderDevice,
+        view::{ViewUniform, ViewUniforms},
+    },
+    shader::load_shader_library,
+};
+
+use crate::{
+    camera::ExtractedGiCamera,
+    gpu::caps::supported,
+    settings::{GiSettings, GiTechnique},
+};
+
+/// Layout of group 0; `surface.wgsl` is its twin.
+#[derive(Resource)]
+pub(crate) struct SurfaceLayout(pub BindGroupLayoutDescriptor);
+
+/// Group 0 of a camera that shows global illumination this frame.
+#[derive(Component)]
+pub(crate) struct ViewSurface {
+    pub bind_group: BindGroup,
+    /// Pixels of the viewport.
+    pub size: UVec2,
+    pub technique: GiTechnique,
+}
+
+pub(crate) struct SurfacePlugin;
+
+impl Plugin for SurfacePlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "surface.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(RenderStartup, init_surface_layout)
+            .add_systems(
+                Render,
+                prepare_surfaces
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .run_if(supported),
+            );
+    }
+}
+
+pub(crate) fn init_surface_layout(mut commands: Commands) {
+    commands.insert_resource(SurfaceLayout(BindGroupLayoutDescriptor::new(
+        "gi/surface",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
+            (
+                uniform_buffer::<ViewUniform>(true),
+                texture_2d(TextureSampleType::Depth),
+                texture_2d(TextureSampleType::Uint),
+                texture_2d(TextureSampleType::Float { filterable: false }),
+            ),
+        ),
+    )));
+}
+
+fn prepare_surfaces(
+    mut commands: Commands,
+    views: Query<(
+        Entity,
+        &ExtractedGiCamera,
+        &ExtractedCamera,
+        Option<&ViewPrepassTextures>,
+    )>,
+    settings: Res<GiSettings>,
+    layout: Option<Res<SurfaceLayout>>,
+    uniforms: Res<ViewUniforms>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+) {
+    let (Some(layout), Some(uniforms)) = (layout, uniforms.uniforms.binding()) else {
+        return;
+    };
+    for (entity, gi, camera, textures) in &views {
+        let technique = gi.active_technique(&settings);
+        let prepass = textures.and_then(|t| {
+            Some((
+                t.depth_view()?,
+                t.deferred_view()?,
+                t.motion_vectors_view()?,
+            ))
+        });
+        let (Some((depth, deferred, motion)), Some(size)) = (prepass, camera.physical_viewport_size)
+        else {
+            commands.entity(entity).remove::<ViewSurface>();
+            continue;
+        };
+        if technique == GiTechnique::Off {
+            commands.entity(entity).remove::<ViewSurface>();
+            continue;
+        }
+        let bind_group = device.create_bind_group(
+            "gi/surface",
+            &cache.get_bind_group_layout(&layout.0),
+            &BindGroupEntries::sequential((uniforms.clone(), depth, deferred, motion)),
+        );
+        commands.entity(entity).insert(ViewSurface {
+            bind_group,
+            size,
+            technique,
+        });
+    }
+}

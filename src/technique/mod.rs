@@ -1,0 +1,48 @@
+//! The techniques, and the contract between them and the rest.
+//!
+//! A technique is a folder of this module. It turns the [scene's capture](crate::scene) into one
+//! cache per volume, in the set [`GiSystems::UpdateCaches`](crate::GiSystems::UpdateCaches), and
+//! offers one compute shader that looks the cache up per pixel: its *gather*. Everything after
+//! that ([`apply`](crate::apply)) is the same for all. Techniques know nothing of each other.
+//!
+//! # The gather shader
+//!
+//! Workgroups of 8x8, one thread per gathered pixel. Bind groups:
+//! 0 the camera's surfaces (`bevy_gi::surface`), 1 the scene (`bevy_gi::scene::bindings`), 2 the
+//! technique's cache, 3 input and output (`bevy_gi::apply::gather`, which also offers
+//! `volume_weight` and `store`). It writes radiances in nits: `E / pi` for diffuse light, and the
+//! radiance along the mirror direction, averaged over the lobe, for specular light.
+
+pub mod vct;
+
+use bevy::{
+    asset::{AssetServer, Handle},
+    ecs::component::Component,
+    render::render_resource::{BindGroup, BindGroupLayoutDescriptor},
+    shader::{Shader, ShaderDefVal},
+};
+
+use crate::settings::GiTechnique;
+
+/// What every technique provides.
+pub(crate) trait Technique: Send + Sync + 'static {
+    /// Which one it is; its name is the second part of its passes' names.
+    const TECHNIQUE: GiTechnique;
+    /// Name of the gather pass.
+    const GATHER: &'static str;
+    /// Entry point of the gather shader.
+    const GATHER_ENTRY: &'static str;
+    /// Its cache, on the volume's entity in the render world.
+    type Cache: Component + TechniqueCache;
+
+    /// Layout of group 2 of the gather.
+    fn cache_layout() -> BindGroupLayoutDescriptor;
+    /// The gather shader and its definitions.
+    fn gather_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>);
+}
+
+/// What the gather needs of a technique's cache.
+pub(crate) trait TechniqueCache {
+    /// Group 2, once there is something to look up.
+    fn bind_group(&self) -> Option<&BindGroup>;
+}

@@ -1,0 +1,121 @@
+// The radiance cache: voxels into cells of 2x2x2, and cells into coarser ones.
+//
+// Each cell is seen from six sides (Crassin 2011, section 7.3): along a direction, of two cells in
+// a row the nearer covers the further one, and the four rows are averaged. So a thin wall stays
+// opaque, and each of its sides keeps its own light, at every level.
+
+#import bevy_gi::gpu::pack::{RADIANCE_SCALE, unpack_radiance}
+#import bevy_gi::scene::voxels::types::{BRICK_VOXELS, WORDS, brick_index, local_index, unpack_voxel}
+
+struct Mip {
+    cells: vec3<u32>,
+}
+
+@group(0) @binding(0) var<uniform> mip: Mip;
+@group(0) @binding(1) var destination: texture_storage_3d<rgba16float, write>;
+
+// `near` in front of `far`.
+fn over(near: vec4<f32>, far: vec4<f32>) -> vec4<f32> {
+    return near + (1.0 - near.a) * far;
+}
+
+// What light that travels along `direction` (0..6: +x -x +y -y +z -z) meets in 2x2x2 `cells`, which
+// are numbered x + 2 y + 4 z.
+fn see(cells: ptr<function, array<vec4<f32>, 8>>, direction: u32) -> vec4<f32> {
+    let axis = direction / 2u;
+    let step = 1u << axis;
+    let u = 1u << ((axis + 1u) % 3u);
+    let v = 1u << ((axis + 2u) % 3u);
+    var sum = vec4(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let base = (i & 1u) * u + (i >> 1u) * v;
+        // A ray going the positive way meets the lower cell first.
+        let forward = (direction & 1u) == 0u;
+        let near = select(base + step, base, forward);
+        let far = select(base, base + step, forward);
+        sum += 0.25 * over((*cells)[near], (*cells)[far]);
+    }
+    return sum;
+}
+
+fn store(cell: vec3<u32>, direction: u32, value: vec4<f32>) {
+    textureStore(destination, vec3(cell.xy, cell.z + direction * mip.cells.z), value);
+}
+
+#ifdef VOXELS
+@group(0) @binding(2) var<storage, read> brick_map: array<u32>;
+@group(0) @binding(3) var<storage, read> pool: array<u32>;
+@group(0) @binding(4) var<storage, read> radiance: array<vec2<u32>>;
+
+// One thread a cell of level 0.
+@compute @workgroup_size(4, 4, 4)
+fn filter_voxels(@builtin(global_invocation_id) cell: vec3<u32>) {
+    if any(cell >= mip.cells) {
+        return;
+    }
+    let dims = mip.cells * 2u;
+    // The 8 voxels of a cell lie in one brick.
+    let slot = brick_map[brick_index(cell * 2u, dims)];
+    if slot == 0u {
+        for (var d = 0u; d < #{DIRECTIONS}u; d++) {
+            store(cell, d, vec4(0.0));
+        }
+        return;
+    }
+    // Of each voxel: radiance of front and back, and the normal, with 0 for "nothing there".
+    var front: array<vec3<f32>, 8>;
+    var back: array<vec3<f32>, 8>;
+    var normal: array<vec3<f32>, 8>;
+    var two_sided: array<bool, 8>;
+    for (var i = 0u; i < 8u; i++) {
+        let at = cell * 2u + vec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
+        let index = (slot - 1u) * BRICK_VOXELS + local_index(at);
+        let words = index * WORDS;
+        let voxel = unpack_voxel(vec3(pool[words], pool[words + 1u], pool[words + 2u]));
+        let light = radiance[index];
+        front[i] = unpack_radiance(light.x) / RADIANCE_SCALE;
+        back[i] = unpack_radiance(light.y) / RADIANCE_SCALE;
+        normal[i] = select(vec3(0.0), voxel.normal, voxel.exists);
+        two_sided[i] = voxel.two_sided;
+    }
+    for (var d = 0u; d < #{DIRECTIONS}u; d++) {
+        let axis = d / 2u;
+        var seen: array<vec4<f32>, 8>;
+        for (var i = 0u; i < 8u; i++) {
+            // Cosine between the normal and the way back to the viewer.
+            let facing = select(normal[i][axis], -normal[i][axis], (d & 1u) == 0u);
+            // A surface that is met edge-on covers nothing; one that is seen from behind is not
+            // there, as with back-face culling, unless both its sides are.
+            var coverage = saturate(2.0 * abs(facing));
+            var light = front[i];
+            if two_sided[i] {
+                light = select(back[i], front[i], facing > 0.0);
+            } else if facing < -0.85 {
+                coverage = 0.0;
+            }
+            seen[i] = vec4(light, 1.0) * coverage;
+        }
+        store(cell, d, see(&seen, d));
+    }
+}
+#endif
+
+#ifdef CELLS
+@group(0) @binding(2) var finer: texture_3d<f32>;
+
+// One thread a cell of a coarser level.
+@compute @workgroup_size(4, 4, 4)
+fn filter_cells(@builtin(global_invocation_id) cell: vec3<u32>) {
+    if any(cell >= mip.cells) {
+        return;
+    }
+    for (var d = 0u; d < #{DIRECTIONS}u; d++) {
+        var seen: array<vec4<f32>, 8>;
+        for (var i = 0u; i < 8u; i++) {
+            let at = cell * 2u + vec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
+            seen[i] = textureLoad(finer, vec3(at.xy, at.z + d * mip.cells.z * 2u), 0);
+        }
+        store(cell, d, see(&seen, d));
+    }
+}
+#endif

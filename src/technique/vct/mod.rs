@@ -1,0 +1,115 @@
+//! Voxel cone tracing.
+//!
+//! Sources: S. Freed, *Real-time global illumination with voxel cone tracing* (MSc thesis, Cal
+//! Poly, 2018), for the frame; C. Crassin et al., *Interactive indirect illumination using voxel
+//! cone tracing* (2011), for cells that look different from each side.
+//!
+//! # Idea
+//!
+//! The [voxels](crate::scene::voxels) of all surfaces are lit, and filtered into ever coarser cells
+//! of radiance and opacity. A bundle of light paths is then a single cone: it marches away from a
+//! surface and reads, at each step, the level whose cells are as wide as the cone.
+//!
+//! # A frame
+//!
+//! | pass | runs | does |
+//! |---|---|---|
+//! | `gi/vct/carry` | after a capture | finds each voxel's bounced light in the previous capture |
+//! | `gi/vct/bounce` | while things change | traces diffuse cones from a part of the voxels, through the radiance of the last frame: second and later bounces, and the sky |
+//! | `gi/vct/light` | while things change | radiance = emission + albedo / pi x (direct + bounced irradiance) |
+//! | `gi/vct/filter_voxels`, `gi/vct/filter_cells` | while things change | builds the cells |
+//! | `gi/vct/gather` | per camera | diffuse and specular cones of each gathered pixel |
+//!
+//! In a still scene only the gather runs.
+//!
+//! # Memory
+//!
+//! The cache is one `Rgba16Float` 3D texture: premultiplied radiance / 64 and opacity of cells of 2
+//! voxels, for the six directions of travel, stacked along z; `levels` mip levels. 128 voxels along
+//! each side: 64 x 64 x 384 texels, 14 MiB.
+//!
+//! # Limits
+//!
+//! Things thinner than a cell look fatter to a cone, the more so the further away they are; mirrors
+//! show cells. Two surfaces nearer to each other than two voxels can exchange light through each
+//! other's gaps.
+
+mod node;
+mod prepare;
+mod settings;
+mod types;
+
+pub use prepare::VctCache;
+pub use settings::{ConeLayout, VoxelConeTracingSettings};
+
+use bevy::{
+    app::{App, Plugin},
+    asset::{AssetServer, Handle, embedded_asset, load_embedded_asset},
+    ecs::prelude::*,
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems, render_resource::BindGroupLayoutDescriptor,
+        renderer::RenderGraph,
+    },
+    shader::{Shader, ShaderDefVal, load_shader_library},
+};
+
+use super::Technique;
+use crate::{
+    gpu::caps::supported,
+    scene::bind_group::init_scene_layout,
+    schedule::GiSystems,
+    settings::{GiTechnique, SettingsResourcePlugin},
+};
+
+/// Voxel cone tracing, as a [`Technique`].
+pub(crate) struct VoxelConeTracing;
+
+impl Technique for VoxelConeTracing {
+    const TECHNIQUE: GiTechnique = GiTechnique::VoxelConeTracing;
+    const GATHER: &'static str = "gi/vct/gather";
+    const GATHER_ENTRY: &'static str = "gather_vct";
+    type Cache = VctCache;
+
+    fn cache_layout() -> BindGroupLayoutDescriptor {
+        node::cache_layout()
+    }
+
+    fn gather_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>) {
+        (
+            load_embedded_asset!(server, "gather.wgsl"),
+            node::shader_defs(),
+        )
+    }
+}
+
+pub(crate) struct VoxelConeTracingPlugin;
+
+impl Plugin for VoxelConeTracingPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "types.wgsl");
+        load_shader_library!(app, "bindings.wgsl");
+        load_shader_library!(app, "lookup.wgsl");
+        embedded_asset!(app, "light.wgsl");
+        embedded_asset!(app, "filter.wgsl");
+        embedded_asset!(app, "gather.wgsl");
+        app.add_plugins(SettingsResourcePlugin::<VoxelConeTracingSettings>::default());
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(
+                RenderStartup,
+                node::init_vct_pipelines.after(init_scene_layout),
+            )
+            .add_systems(
+                Render,
+                prepare::prepare_vct
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .run_if(supported),
+            )
+            .add_systems(
+                RenderGraph,
+                node::update_vct.in_set(GiSystems::UpdateCaches),
+            );
+    }
+}
