@@ -35,7 +35,7 @@ struct GpuComposite {
     size: UVec2,
     divisor: u32,
     /// A [`GiView`].
-    view: u32,
+    mode: u32,
     strength: f32,
 }
 
@@ -174,7 +174,7 @@ fn prepare_composite(
         let mut uniform = UniformBuffer::from(GpuComposite {
             size: indirect.size,
             divisor: indirect.divisor,
-            view: debug.view as u32,
+            mode: debug.view as u32,
             strength: settings.indirect_strength,
         });
         uniform.write_buffer(&device, &queue);

@@ -8,7 +8,7 @@
 struct Composite {
     size: vec2<u32>,
     divisor: u32,
-    view: u32,
+    mode: u32,
     strength: f32,
 }
 
@@ -71,7 +71,7 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     let diffuse = light.diffuse * diffuse_albedo(surface) * occlusion;
     let specular = light.specular * specular_albedo(surface) * occlusion;
     var color = diffuse + specular;
-    switch composite.view {
+    switch composite.mode {
         case #{VIEW_DIFFUSE}u: { color = diffuse; }
         case #{VIEW_SPECULAR}u: { color = specular; }
         case #{VIEW_IRRADIANCE}u: { color = light.diffuse * view.exposure; }

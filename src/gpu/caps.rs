@@ -68,8 +68,8 @@ pub(crate) fn detect(app: &mut App) {
 
 /// What the passes need beyond the least that WebGPU guarantees.
 fn missing(device: &RenderDevice, adapter: &RenderAdapter) -> Option<&'static str> {
-    use wgpu_types::DownlevelFlags;
     let downlevel = adapter.get_downlevel_capabilities().flags;
+    let can = |flag: &str| downlevel.iter_names().any(|(name, _)| name == flag);
     let limits = device.limits();
     let storage = adapter
         .get_texture_format_features(TextureFormat::Rgba16Float)
@@ -77,15 +77,15 @@ fn missing(device: &RenderDevice, adapter: &RenderAdapter) -> Option<&'static st
         .contains(TextureUsages::STORAGE_BINDING);
     [
         (
-            downlevel.contains(DownlevelFlags::COMPUTE_SHADERS),
+            can("COMPUTE_SHADERS"),
             "compute shaders",
         ),
         (
-            downlevel.contains(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
+            can("FRAGMENT_WRITABLE_STORAGE"),
             "storage buffers that fragment shaders can write",
         ),
         (
-            downlevel.contains(DownlevelFlags::INDIRECT_EXECUTION),
+            can("INDIRECT_EXECUTION"),
             "indirect dispatch",
         ),
         (storage, "Rgba16Float storage textures"),

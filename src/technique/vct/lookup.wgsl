@@ -4,7 +4,7 @@
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::scene::bindings::volume
 #import bevy_gi::scene::sky::sky_radiance
-#import bevy_gi::technique::vct::bindings::{cones, radiance, radiance_sampler}
+#import bevy_gi::technique::vct::bindings::{cell_sampler, cells, cones}
 
 const PI: f32 = 3.14159265359;
 const GOLDEN_ANGLE: f32 = 2.39996323;
@@ -26,7 +26,7 @@ struct Cone {
 // its normal only, then has the same optical depth at every angle. `near_normal` suppresses what
 // lies in the plane the cone starts from.
 fn sample_cell(uvw: vec3<f32>, dir: vec3<f32>, level: f32, near_normal: vec3<f32>) -> vec4<f32> {
-    let size = vec3<f32>(textureDimensions(radiance, i32(level)));
+    let size = vec3<f32>(textureDimensions(cells, i32(level)));
     // Half a texel of the coarser level: filtering must not reach into the next direction's block.
     let margin = 0.5 * #{DIRECTIONS}.0 / size.z;
     let z = clamp(uvw.z, margin, 1.0 - margin);
@@ -36,7 +36,7 @@ fn sample_cell(uvw: vec3<f32>, dir: vec3<f32>, level: f32, near_normal: vec3<f32
     var sum = vec4(0.0);
     for (var axis = 0u; axis < 3u; axis++) {
         let at = vec3(uvw.xy, (block[axis] + z) / #{DIRECTIONS}.0);
-        sum += weight[axis] * textureSampleLevel(radiance, radiance_sampler, at, level);
+        sum += weight[axis] * textureSampleLevel(cells, cell_sampler, at, level);
     }
     return sum;
 }
@@ -92,7 +92,7 @@ fn orthonormal(n: vec3<f32>) -> mat3x3<f32> {
 
 // Direction of diffuse cone `i` of `count` around +z, turned by `turn` in 0..1.
 fn cone_direction(i: u32, count: u32, turn: f32) -> vec3<f32> {
-    if cones.layout == #{LAYOUT_FREED}u && count == 5u {
+    if cones.arrangement == #{LAYOUT_FREED}u && count == 5u {
         // Freed 2018, section 4.5.2: one along the normal, four tilted by 45 degrees.
         if i == 0u {
             return vec3(0.0, 0.0, 1.0);

@@ -14,7 +14,7 @@ pub struct GpuCones {
     pub cones: u32,
     pub bounce_cones: u32,
     /// A [`ConeLayout`].
-    pub layout: u32,
+    pub arrangement: u32,
     pub diffuse_steps: u32,
     pub specular_steps: u32,
     /// Tangent of half the angle of a diffuse cone.
@@ -39,7 +39,7 @@ impl From<&VoxelConeTracingSettings> for GpuCones {
                 ConeLayout::Freed2018 => 5,
             },
             bounce_cones: s.bounce_cones,
-            layout: s.cone_layout as u32,
+            arrangement: s.cone_layout as u32,
             diffuse_steps: s.diffuse_steps,
             specular_steps: s.specular_steps,
             tan_half: (0.5 * s.cone_angle.to_radians()).tan(),

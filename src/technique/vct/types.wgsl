@@ -4,7 +4,7 @@
 struct Cones {
     cones: u32,
     bounce_cones: u32,
-    layout: u32,
+    arrangement: u32,
     diffuse_steps: u32,
     specular_steps: u32,
     tan_half: f32,

@@ -1,0 +1,132 @@
+//! Keys and on-screen help of the windowed examples.
+
+use bevy::{
+    camera::Exposure,
+    camera_controller::free_camera::{FreeCamera, FreeCameraPlugin},
+    prelude::*,
+};
+use bevy_gi::prelude::*;
+
+use super::scenes::SceneView;
+
+/// G, T, V, Q and H, and the text that explains them.
+pub struct ControlsPlugin {
+    /// Lines about the example's own keys.
+    pub help: &'static str,
+}
+
+#[derive(Resource)]
+struct Help(&'static str);
+
+#[derive(Component)]
+struct HelpText;
+
+impl Plugin for ControlsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins(FreeCameraPlugin)
+            .insert_resource(Help(self.help))
+            .add_systems(Startup, spawn_help)
+            .add_systems(Update, (keys, update_help).chain());
+    }
+}
+
+/// A GI camera that flies.
+pub fn camera(view: SceneView) -> impl Bundle {
+    (
+        Camera3d::default(),
+        GiCamera::default(),
+        Projection::from(PerspectiveProjection {
+            fov: view.fov.to_radians(),
+            ..default()
+        }),
+        Exposure { ev100: view.ev100 },
+        Transform::from_translation(view.eye).looking_at(view.look, Vec3::Y),
+        FreeCamera {
+            walk_speed: view.speed,
+            run_speed: view.speed * 3.0,
+            ..default()
+        },
+    )
+}
+
+fn spawn_help(mut commands: Commands) {
+    commands.spawn((
+        HelpText,
+        Text::default(),
+        TextFont::from_font_size(14.0),
+        Node {
+            position_type: PositionType::Absolute,
+            top: px(8),
+            left: px(8),
+            padding: UiRect::all(px(6)),
+            ..default()
+        },
+        BackgroundColor(Color::BLACK.with_alpha(0.55)),
+    ));
+}
+
+fn keys(
+    keys: Res<ButtonInput<KeyCode>>,
+    mut settings: ResMut<GiSettings>,
+    mut vct: ResMut<VoxelConeTracingSettings>,
+    mut debug: ResMut<GiDebugSettings>,
+    mut quality: Local<Option<usize>>,
+    mut help: Query<&mut Visibility, With<HelpText>>,
+) {
+    fn next<T: PartialEq + Copy>(all: &[T], current: T) -> T {
+        let at = all.iter().position(|x| *x == current).unwrap_or(0);
+        all[(at + 1) % all.len()]
+    }
+    if keys.just_pressed(KeyCode::KeyG) {
+        settings.technique = match settings.technique {
+            GiTechnique::Off => GiTechnique::default(),
+            _ => GiTechnique::Off,
+        };
+    }
+    if keys.just_pressed(KeyCode::KeyT) {
+        settings.technique = next(&GiTechnique::ALL, settings.technique);
+    }
+    if keys.just_pressed(KeyCode::KeyV) {
+        debug.view = next(&GiView::ALL, debug.view);
+    }
+    if keys.just_pressed(KeyCode::KeyP) {
+        let at = quality.map_or(2, |q| (q + 1) % GiQuality::ALL.len());
+        *quality = Some(at);
+        *vct = VoxelConeTracingSettings::preset(GiQuality::ALL[at]);
+        let new = GiSettings::preset(GiQuality::ALL[at]);
+        settings.gather_resolution = new.gather_resolution;
+        settings.shadow_map_size = new.shadow_map_size;
+    }
+    if keys.just_pressed(KeyCode::KeyH) {
+        for mut visibility in &mut help {
+            visibility.toggle_visible_hidden();
+        }
+    }
+}
+
+fn update_help(
+    settings: Res<GiSettings>,
+    debug: Res<GiDebugSettings>,
+    support: Option<Res<bevy_gi::GiSupport>>,
+    time: Res<Time>,
+    help: Res<Help>,
+    mut text: Query<&mut Text, With<HelpText>>,
+    mut smooth: Local<f32>,
+) {
+    *smooth += (time.delta_secs() - *smooth) * 0.1;
+    let off = match support.as_deref() {
+        Some(bevy_gi::GiSupport::Unsupported(why)) => format!("\n{why}"),
+        _ => String::new(),
+    };
+    for mut text in &mut text {
+        text.0 = format!(
+            "{:.1} ms   technique: {}   view: {}{off}\n\
+             G: GI on/off   T: technique   V: view   P: quality preset   H: this help\n\
+             WASD, E, Q: fly   Shift: faster   right mouse button: look\n{}",
+            *smooth * 1000.0,
+            settings.technique.name(),
+            debug.view.name(),
+            help.0,
+        );
+    }
+}

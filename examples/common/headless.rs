@@ -1,0 +1,225 @@
+//! An app without a window, stepped by hand: nothing in it depends on the wall clock.
+
+use std::{
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+    time::Duration,
+};
+
+use bevy::{
+    app::PluginsState,
+    asset::RenderAssetUsages,
+    camera::RenderTarget,
+    diagnostic::DiagnosticsStore,
+    prelude::*,
+    render::{
+        Render, RenderApp, RenderPlugin, RenderSystems,
+        diagnostic::RenderDiagnosticsPlugin,
+        gpu_readback::{Readback, ReadbackComplete},
+        render_resource::{PipelineCache, PollType, TextureFormat, TextureUsages},
+        renderer::RenderDevice,
+    },
+    time::TimeUpdateStrategy,
+    window::ExitCondition,
+    winit::WinitPlugin,
+};
+
+/// Pipelines that are not compiled yet, told by the render world.
+#[derive(Resource, Clone, Default)]
+struct PipelinesWaiting(Arc<AtomicUsize>);
+
+/// Errors of pipelines, told by the render world: a shader that fails only logs.
+#[derive(Resource, Clone, Default)]
+pub struct PipelineErrors(pub Arc<Mutex<Vec<String>>>);
+
+/// A headless app.
+pub struct Headless {
+    pub app: App,
+}
+
+/// Linear values of an image, row by row, RGBA.
+pub struct Picture {
+    pub size: UVec2,
+    pub pixels: Vec<[f32; 4]>,
+}
+
+impl Headless {
+    /// An app with all of Bevy but a window, and `configure` on top.
+    pub fn new(configure: impl FnOnce(&mut App)) -> Self {
+        let mut app = App::new();
+        app.add_plugins(
+            DefaultPlugins
+                .set(AssetPlugin {
+                    file_path: super::scenes::asset_folder(),
+                    ..default()
+                })
+                .set(RenderPlugin {
+                    synchronous_pipeline_compilation: true,
+                    ..default()
+                })
+                .set(WindowPlugin {
+                    primary_window: None,
+                    exit_condition: ExitCondition::DontExit,
+                    ..default()
+                })
+                .disable::<bevy::log::LogPlugin>()
+                .disable::<WinitPlugin>()
+                .disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>(),
+        )
+        .add_plugins(RenderDiagnosticsPlugin)
+        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(
+            1.0 / 60.0,
+        )));
+        let waiting = PipelinesWaiting::default();
+        let errors = PipelineErrors::default();
+        app.insert_resource(waiting.clone())
+            .insert_resource(errors.clone());
+        configure(&mut app);
+        while app.plugins_state() == PluginsState::Adding {
+            bevy::tasks::tick_global_task_pools_on_main_thread();
+        }
+        app.finish();
+        app.cleanup();
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app
+                .insert_resource(waiting)
+                .insert_resource(errors)
+                .add_systems(Render, publish_pipelines.in_set(RenderSystems::Cleanup));
+        }
+        Self { app }
+    }
+
+    /// Renders a frame, and waits for the GPU.
+    pub fn step(&mut self) {
+        self.app.update();
+        if let Some(device) = self.app.world().get_resource::<RenderDevice>() {
+            let _ = device.wgpu_device().poll(PollType::wait_indefinitely());
+        }
+    }
+
+    /// Renders `frames` frames.
+    pub fn steps(&mut self, frames: u32) {
+        for _ in 0..frames {
+            self.step();
+        }
+    }
+
+    /// Renders until `loaded` says so and no pipeline has been missing for a while. False if that
+    /// does not come about within 3000 frames.
+    pub fn wait_until(&mut self, mut loaded: impl FnMut(&mut World) -> bool) -> bool {
+        let mut calm = 0;
+        for _ in 0..3000 {
+            self.step();
+            let waiting = self.app.world().resource::<PipelinesWaiting>();
+            let busy = waiting.0.load(Ordering::Relaxed) > 0;
+            if busy || !loaded(self.app.world_mut()) {
+                calm = 0;
+                // Assets load in other threads.
+                std::thread::sleep(Duration::from_millis(2));
+            } else {
+                calm += 1;
+            }
+            if calm >= 6 {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// A camera target that can be read back.
+    pub fn target(&mut self, size: UVec2, format: TextureFormat) -> Handle<Image> {
+        let mut image = Image::new_target_texture(size.x, size.y, format, None);
+        image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+        image.asset_usage = RenderAssetUsages::default();
+        self.app
+            .world_mut()
+            .resource_mut::<Assets<Image>>()
+            .add(image)
+    }
+
+    /// Bytes of an image or a buffer on the GPU, rendering frames until they are there.
+    pub fn read_back(&mut self, readback: Readback) -> Vec<u8> {
+        let data = Arc::new(Mutex::new(None));
+        let sink = data.clone();
+        let entity = self
+            .app
+            .world_mut()
+            .spawn(readback)
+            .observe(move |complete: On<ReadbackComplete>| {
+                let mut sink = sink.lock().unwrap();
+                if sink.is_none() {
+                    *sink = Some(complete.data.clone());
+                }
+            })
+            .id();
+        let mut bytes = None;
+        for _ in 0..32 {
+            self.step();
+            bytes = data.lock().unwrap().take();
+            if bytes.is_some() {
+                break;
+            }
+        }
+        self.app.world_mut().despawn(entity);
+        bytes.expect("the GPU answers within 32 frames")
+    }
+
+    /// What a target of format `Rgba32Float` or `Rgba8UnormSrgb` shows; the latter as 0..=1, encoded.
+    pub fn picture(&mut self, target: &Handle<Image>) -> Picture {
+        let (size, format) = {
+            let image = self.app.world().resource::<Assets<Image>>().get(target).unwrap();
+            (image.size(), image.texture_descriptor.format)
+        };
+        let bytes = self.read_back(Readback::texture(target.clone()));
+        let texel = if format == TextureFormat::Rgba32Float { 16 } else { 4 };
+        // Rows may be padded to the alignment of copies.
+        let row = bytes.len() / size.y as usize;
+        let mut pixels = Vec::with_capacity((size.x * size.y) as usize);
+        for y in 0..size.y as usize {
+            for x in 0..size.x as usize {
+                let at = &bytes[y * row + x * texel..][..texel];
+                pixels.push(std::array::from_fn(|c| match texel {
+                    16 => f32::from_le_bytes(at[4 * c..][..4].try_into().unwrap()),
+                    _ => f32::from(at[c]) / 255.0,
+                }));
+            }
+        }
+        Picture { size, pixels }
+    }
+
+    /// Errors of shaders and pipelines so far.
+    pub fn pipeline_errors(&self) -> Vec<String> {
+        let errors = self.app.world().resource::<PipelineErrors>();
+        errors.0.lock().unwrap().clone()
+    }
+
+    /// Bevy's diagnostics.
+    pub fn diagnostics(&self) -> &DiagnosticsStore {
+        self.app.world().resource::<DiagnosticsStore>()
+    }
+}
+
+/// Spawns a camera that draws into `target`.
+pub fn image_target(target: &Handle<Image>) -> RenderTarget {
+    RenderTarget::Image(target.clone().into())
+}
+
+fn publish_pipelines(
+    cache: Res<PipelineCache>,
+    waiting: Res<PipelinesWaiting>,
+    errors: Res<PipelineErrors>,
+) {
+    use bevy::render::render_resource::CachedPipelineState;
+    waiting
+        .0
+        .store(cache.waiting_pipelines().count(), Ordering::Relaxed);
+    let mut errors = errors.0.lock().unwrap();
+    errors.clear();
+    for pipeline in cache.pipelines() {
+        if let CachedPipelineState::Err(error) = &pipeline.state {
+            errors.push(format!("{error}"));
+        }
+    }
+}

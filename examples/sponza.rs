@@ -1,0 +1,76 @@
+//! The Sponza atrium in a window; or another glTF, by path.
+
+mod common;
+
+use bevy::prelude::*;
+use bevy_gi::prelude::*;
+use common::{
+    controls::{ControlsPlugin, camera},
+    scenes::{asset_folder, sponza},
+};
+
+/// Nits of the sky, on a clear day away from the sun.
+const SKY: LinearRgba = LinearRgba::rgb(3200.0, 4300.0, 6500.0);
+
+fn main() {
+    let path = std::env::args().nth(1).unwrap_or_else(|| sponza::PATH.into());
+    App::new()
+        .add_plugins((
+            DefaultPlugins.set(AssetPlugin {
+                file_path: asset_folder(),
+                unapproved_path_mode: bevy::asset::UnapprovedPathMode::Allow,
+                ..default()
+            }),
+            GiPlugins,
+            ControlsPlugin {
+                help: "L: move the sun",
+            },
+        ))
+        .insert_resource(ClearColor(Color::srgb(0.45, 0.6, 0.85)))
+        .insert_resource(GiSettings {
+            replace_ambient: true,
+            sky: GiSky::Constant(SKY),
+            ..default()
+        })
+        .add_systems(Startup, move |mut commands: Commands, server: Res<AssetServer>| {
+            commands.spawn(WorldAssetRoot(
+                server.load(GltfAssetLabel::Scene(0).from_asset(path.clone())),
+            ));
+            commands.spawn((
+                GiVolume::new(Vec3::new(34.0, 18.0, 20.0)),
+                Transform::from_xyz(0.0, 7.5, 0.0),
+            ));
+            commands.spawn(camera(sponza::view()));
+        })
+        .add_systems(Update, (drop_file_cameras, light, move_sun))
+        .run();
+}
+
+/// The file brings cameras of its own; ours is the one that flies.
+fn drop_file_cameras(
+    mut commands: Commands,
+    cameras: Query<Entity, (Added<Camera3d>, Without<GiCamera>)>,
+) {
+    for camera in &cameras {
+        commands.entity(camera).remove::<(Camera3d, Camera)>();
+    }
+}
+
+/// The file's sun casts shadows.
+fn light(mut suns: Query<&mut DirectionalLight, Added<DirectionalLight>>) {
+    for mut sun in &mut suns {
+        sun.shadow_maps_enabled = true;
+    }
+}
+
+fn move_sun(
+    time: Res<Time>,
+    keys: Res<ButtonInput<KeyCode>>,
+    mut suns: Query<&mut Transform, With<DirectionalLight>>,
+) {
+    if keys.pressed(KeyCode::KeyL) {
+        for mut sun in &mut suns {
+            sun.rotate_x(0.2 * time.delta_secs());
+        }
+    }
+}
