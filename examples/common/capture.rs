@@ -60,6 +60,8 @@ pub fn statistics(headless: &Headless) -> serde_json::Value {
             passes.entry(pass.into()).or_default().insert(unit, *median);
         }
     }
+    let mut frames = headless.frame_ms.clone();
+    frames.sort_by(f64::total_cmp);
     let sum = |gi: bool| -> f64 {
         passes
             .iter()
@@ -80,6 +82,7 @@ pub fn statistics(headless: &Headless) -> serde_json::Value {
         "adapter": adapter,
         "gi_gpu_ms": sum(true),
         "other_gpu_ms": sum(false),
+        "frame_wall_ms": frames.get(frames.len() / 2),
         "passes": passes,
         "memory_total_bytes": memory.values().sum::<u64>(),
         "memory_bytes": memory,

@@ -37,6 +37,8 @@ pub struct PipelineErrors(pub Arc<Mutex<Vec<String>>>);
 /// A headless app.
 pub struct Headless {
     pub app: App,
+    /// Wall-clock time of each frame of the last [`steps`](Self::steps), milliseconds.
+    pub frame_ms: Vec<f64>,
 }
 
 /// Linear values of an image, row by row, RGBA.
@@ -53,6 +55,7 @@ impl Headless {
             DefaultPlugins
                 .set(AssetPlugin {
                     file_path: super::scenes::asset_folder(),
+                    unapproved_path_mode: bevy::asset::UnapprovedPathMode::Allow,
                     ..default()
                 })
                 .set(RenderPlugin {
@@ -88,7 +91,10 @@ impl Headless {
                 .insert_resource(errors)
                 .add_systems(Render, publish_pipelines.in_set(RenderSystems::Cleanup));
         }
-        Self { app }
+        Self {
+            app,
+            frame_ms: Vec::new(),
+        }
     }
 
     /// Renders a frame, and waits for the GPU.
@@ -101,16 +107,20 @@ impl Headless {
 
     /// Renders `frames` frames.
     pub fn steps(&mut self, frames: u32) {
+        self.frame_ms.clear();
         for _ in 0..frames {
+            let start = std::time::Instant::now();
             self.step();
+            self.frame_ms.push(start.elapsed().as_secs_f64() * 1000.0);
         }
     }
 
     /// Renders until `loaded` says so and no pipeline has been missing for a while. False if that
-    /// does not come about within 3000 frames.
+    /// does not come about within two minutes.
     pub fn wait_until(&mut self, mut loaded: impl FnMut(&mut World) -> bool) -> bool {
         let mut calm = 0;
-        for _ in 0..3000 {
+        let start = std::time::Instant::now();
+        while start.elapsed() < Duration::from_secs(120) {
             self.step();
             let waiting = self.app.world().resource::<PipelinesWaiting>();
             let busy = waiting.0.load(Ordering::Relaxed) > 0;

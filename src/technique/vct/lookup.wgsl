@@ -52,12 +52,15 @@ fn trace_cone(cone: Cone) -> vec4<f32> {
     // The first sample lies half a finest step away.
     var t = cell * cones.step * (0.25 + 0.5 * cone.jitter);
     for (var i = 0u; i < cone.steps; i++) {
-        let diameter = max(cell, 2.0 * t * cone.tan_half);
+        // A cell must not reach back behind the plane that the cone comes from.
+        let height = t * dot(cone.dir, cone.normal) + cones.bias * volume.voxel;
+        let diameter = max(cell, min(2.0 * t * cone.tan_half, cones.clearance * height));
         let uvw = (cone.origin + cone.dir * t - volume.origin) / extent;
         if any(uvw < vec3(0.0)) || any(uvw > vec3(1.0)) {
             break;
         }
-        let level = min(log2(diameter / cell), top);
+        // One level, rounded: half the reads of two blended ones.
+        let level = round(min(log2(diameter / cell), top));
         let near = saturate(1.5 - t / cell);
         let s = sample_cell(uvw, cone.dir, level, cone.normal * near);
         let stride = diameter * cones.step;

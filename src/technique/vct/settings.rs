@@ -36,16 +36,20 @@ pub struct VoxelConeTracingSettings {
     /// Full opening angle of a diffuse cone, degrees. Range 10..=90, default 60. Narrower cones are
     /// sharper, see more levels, and cost more steps.
     pub cone_angle: f32,
-    /// Step along a cone as a fraction of its diameter. Range 0.25..=1, default 0.6. Cost:
+    /// Step along a cone as a fraction of its diameter. Range 0.25..=1, default 1. Cost:
     /// inversely proportional.
     pub step: f32,
-    /// Most steps along a diffuse cone. Range 1..=256, default 24.
+    /// Most steps along a diffuse cone. Range 1..=256, default 48.
     pub diffuse_steps: u32,
     /// Most steps along a specular cone. Range 1..=256, default 48. Mirrors need many.
     pub specular_steps: u32,
     /// Distance of a cone's start from the surface, along the normal, voxels. Range 0..=8, default
     /// 1. Too little: surfaces shade themselves; too much: light leaks at contacts.
     pub bias: f32,
+    /// Largest cell that a cone reads, as a fraction of its height above the plane it started from.
+    /// Larger cells reach back behind that plane, and what lies there shades the surface. Range
+    /// 0.1..=4, default 0.35. Cost: smaller cells take more steps.
+    pub clearance: f32,
     /// A cone ends once it is this opaque. Range 0.5..=1, default 0.97.
     pub opacity_cutoff: f32,
     /// How often a fully covered cell counts along a cone. A wall is one cell thick at every level,
@@ -72,10 +76,11 @@ impl Default for VoxelConeTracingSettings {
             cones: 5,
             cone_layout: ConeLayout::Spiral,
             cone_angle: 60.0,
-            step: 0.6,
-            diffuse_steps: 24,
+            step: 1.0,
+            diffuse_steps: 48,
             specular_steps: 48,
             bias: 1.0,
+            clearance: 0.35,
             opacity_cutoff: 0.97,
             density: 3.0,
             bounces: 6,
@@ -93,7 +98,7 @@ impl VoxelConeTracingSettings {
         match quality {
             GiQuality::Low => Self {
                 cones: 4,
-                step: 0.8,
+                step: 1.0,
                 specular_steps: 24,
                 bounces: 3,
                 bounce_interval: 8,
@@ -104,7 +109,7 @@ impl VoxelConeTracingSettings {
             GiQuality::High => Self {
                 cones: 8,
                 cone_angle: 50.0,
-                step: 0.5,
+                step: 0.8,
                 specular_steps: 96,
                 bounces: 8,
                 bounce_interval: 2,
@@ -114,7 +119,7 @@ impl VoxelConeTracingSettings {
             GiQuality::Ultra => Self {
                 cones: 16,
                 cone_angle: 40.0,
-                step: 0.4,
+                step: 0.6,
                 diffuse_steps: 48,
                 specular_steps: 192,
                 bounces: 12,
@@ -149,6 +154,7 @@ impl Clamped for VoxelConeTracingSettings {
         c.int("diffuse_steps", &mut self.diffuse_steps, 1, 256);
         c.int("specular_steps", &mut self.specular_steps, 1, 256);
         c.float("bias", &mut self.bias, 0.0, 8.0);
+        c.float("clearance", &mut self.clearance, 0.1, 4.0);
         c.float("opacity_cutoff", &mut self.opacity_cutoff, 0.5, 1.0);
         c.float("density", &mut self.density, 1.0, 8.0);
         c.int("bounces", &mut self.bounces, 0, 16);

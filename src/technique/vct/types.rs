@@ -23,6 +23,8 @@ pub struct GpuCones {
     pub step: f32,
     /// Voxels.
     pub bias: f32,
+    /// Fraction of the height above the start's plane.
+    pub clearance: f32,
     pub opacity_cutoff: f32,
     pub density: f32,
     /// 0 or 1.
@@ -45,6 +47,7 @@ impl From<&VoxelConeTracingSettings> for GpuCones {
             tan_half: (0.5 * s.cone_angle.to_radians()).tan(),
             step: s.step,
             bias: s.bias,
+            clearance: s.clearance,
             opacity_cutoff: s.opacity_cutoff,
             density: s.density,
             specular: s.specular.into(),

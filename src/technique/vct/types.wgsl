@@ -10,6 +10,7 @@ struct Cones {
     tan_half: f32,
     step: f32,
     bias: f32,
+    clearance: f32,
     opacity_cutoff: f32,
     density: f32,
     specular: u32,
