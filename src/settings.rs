@@ -46,9 +46,9 @@ pub enum GatherResolution {
     /// One gather per pixel.
     Full,
     /// One gather per 2x2 pixels.
-    #[default]
     Half,
     /// One gather per 4x4 pixels.
+    #[default]
     Quarter,
 }
 
@@ -132,7 +132,7 @@ pub struct GiSettings {
     /// Factor on the indirect light that is added to the picture. 1 is physical. Range 0..=16,
     /// default 1. Does not change the bounces themselves, so it cannot run away. No cost.
     pub indirect_strength: f32,
-    /// Resolution of the gather. Default half. Cost of the gather is proportional to its pixels.
+    /// Resolution of the gather. Default quarter. Cost of the gather is proportional to its pixels.
     pub gather_resolution: GatherResolution,
     /// Number of past frames blended into each gathered pixel, 1 = none. Range 1..=128, default 24.
     /// More is calmer and slower to react. Cost: two reads and two writes a gathered pixel.
@@ -159,7 +159,7 @@ impl Default for GiSettings {
         Self {
             technique: GiTechnique::VoxelConeTracing,
             indirect_strength: 1.0,
-            gather_resolution: GatherResolution::Half,
+            gather_resolution: GatherResolution::Quarter,
             history_frames: 24,
             replace_ambient: false,
             sky: GiSky::Camera,
@@ -176,7 +176,7 @@ impl GiSettings {
     pub fn preset(quality: GiQuality) -> Self {
         let (gather_resolution, shadow_map_size) = match quality {
             GiQuality::Low => (GatherResolution::Quarter, 256),
-            GiQuality::Medium => (GatherResolution::Half, 512),
+            GiQuality::Medium => (GatherResolution::Quarter, 512),
             GiQuality::High => (GatherResolution::Half, 1024),
             GiQuality::Ultra => (GatherResolution::Full, 1024),
         };

@@ -90,7 +90,7 @@ fn filter_voxels(@builtin(global_invocation_id) cell: vec3<u32>) {
             var light = front[i];
             if two_sided[i] {
                 light = select(back[i], front[i], facing > 0.0);
-            } else if facing < -0.85 {
+            } else if facing < 0.0 {
                 coverage = 0.0;
             }
             seen[i] = vec4(light, 1.0) * coverage;
