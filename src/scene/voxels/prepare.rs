@@ -263,9 +263,14 @@ impl SceneVoxels {
         }
     }
 
-    /// The brick map that belongs to the pool.
-    pub(crate) fn brick_map(&self) -> &Buffer {
+    /// `u32` per brick of the grid, x fastest: 0, or slot in the [pool](Self::pool) + 1.
+    pub fn brick_map(&self) -> &Buffer {
         &self.brick_maps[self.current]
+    }
+
+    /// [`WORDS`] words per voxel, 64 voxels per slot: the records of the [module](super)'s table.
+    pub fn pool(&self) -> &Buffer {
+        &self.pool
     }
 
     #[allow(clippy::too_many_arguments, reason = "what a capture depends on")]

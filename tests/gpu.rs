@@ -1,0 +1,18 @@
+//! Tests that render: one binary, so that Bevy is linked once. They run on any adapter, Mesa's
+//! software driver included, one at a time.
+
+#[path = "../examples/common/mod.rs"]
+mod common;
+
+#[path = "gpu/bad_input.rs"]
+mod bad_input;
+#[path = "gpu/cornell.rs"]
+mod cornell;
+#[path = "gpu/off.rs"]
+mod off;
+#[path = "gpu/rooms.rs"]
+mod rooms;
+#[path = "gpu/support.rs"]
+mod support;
+#[path = "gpu/voxels.rs"]
+mod voxels;

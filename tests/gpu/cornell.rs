@@ -1,0 +1,183 @@
+//! The Cornell box: against a path tracer, twice the same, colours where they belong, and the cost
+//! of standing still.
+
+use bevy::prelude::*;
+use bevy_gi::prelude::*;
+
+use crate::{
+    common::{
+        headless::{Headless, Picture},
+        scenes::cornell,
+    },
+    support::{UNIT_EV100, app, assert_sane, camera, luminance, settle},
+};
+
+const SIZE: UVec2 = UVec2::new(320, 184);
+
+fn cornell_box() -> (Headless, Handle<Image>) {
+    let mut headless = app();
+    headless
+        .app
+        .world_mut()
+        .run_system_once(
+            |mut commands: Commands,
+             mut meshes: ResMut<Assets<Mesh>>,
+             mut materials: ResMut<Assets<StandardMaterial>>| {
+                cornell::spawn(&mut commands, &mut meshes, &mut materials);
+            },
+        )
+        .unwrap();
+    let view = cornell::view();
+    let (_, target) = camera(&mut headless, SIZE, view.eye, view.look, view.fov);
+    (headless, target)
+}
+
+use bevy::ecs::system::RunSystemOnce;
+
+fn show(headless: &mut Headless, view: GiView) {
+    headless.app.world_mut().resource_mut::<GiDebugSettings>().view = view;
+}
+
+/// Means of 8x8 pixels.
+fn blocks(picture: &Picture) -> Vec<[f32; 3]> {
+    let mut out = Vec::new();
+    for by in 0..picture.size.y / 8 {
+        for bx in 0..picture.size.x / 8 {
+            let mut sum = [0.0; 3];
+            for i in 0..64 {
+                let at = (by * 8 + i / 8) * picture.size.x + bx * 8 + i % 8;
+                for c in 0..3 {
+                    sum[c] += picture.pixels[at as usize][c] / 64.0;
+                }
+            }
+            out.push(sum);
+        }
+    }
+    out
+}
+
+/// `tests/truth/cornell.exr`, made by `cornell.py` beside it with Mitsuba 3: indirect light, means
+/// of 8x8 pixels, nits.
+fn truth() -> Vec<[f32; 3]> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/truth/cornell.exr");
+    let image = exr::prelude::read_first_rgba_layer_from_file(
+        path,
+        |size, _| vec![[0.0f32; 3]; size.area()].into_iter().enumerate().fold(
+            (size.width(), vec![[0.0f32; 3]; size.area()]),
+            |acc, _| acc,
+        ),
+        |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
+            pixels[at.y() * *width + at.x()] = [r, g, b];
+        },
+    )
+    .expect("the truth is in the repository");
+    image.layer_data.channel_data.pixels.1
+}
+
+#[test]
+fn indirect_light_agrees_with_the_path_tracer() {
+    let (mut headless, target) = cornell_box();
+    show(&mut headless, GiView::Indirect);
+    settle(&mut headless, 60);
+    let picture = headless.picture(&target);
+    assert_sane(&picture, "cornell");
+    let (ours, truth) = (blocks(&picture), truth());
+    assert_eq!(ours.len(), truth.len());
+    // The truth has no bulb; its block is left out, and the empty surroundings.
+    let bulb = (4 * 320 / 8 + 19, 4 * 320 / 8 + 20);
+    let (mut a, mut b, mut square, mut n) = (0.0, 0.0, 0.0, 0.0);
+    for (i, (o, t)) in ours.iter().zip(&truth).enumerate() {
+        if t.iter().sum::<f32>() < 1e-3 || i == bulb.0 || i == bulb.1 {
+            continue;
+        }
+        for c in 0..3 {
+            a += o[c];
+            b += t[c];
+            square += (o[c] - t[c]).powi(2);
+            n += 1.0;
+        }
+    }
+    let ratio = a / b;
+    let rmse = (square / n).sqrt() / (b / n);
+    println!("cornell: mean indirect / truth {ratio:.3}, relative RMSE {rmse:.3}");
+    // The bounds of the project's quality goals for its first technique.
+    assert!((ratio - 1.0).abs() < 0.15, "mean {ratio} of the truth");
+    assert!(rmse < 0.35, "relative RMSE {rmse}");
+}
+
+#[test]
+fn two_runs_give_the_same_bytes() {
+    let run = || {
+        let (mut headless, target) = cornell_box();
+        settle(&mut headless, 20);
+        headless.picture(&target).pixels
+    };
+    let (a, b) = (run(), run());
+    assert!(a.iter().any(|p| luminance(p) > 0.0));
+    let bits = |pixels: &[[f32; 4]]| -> Vec<u32> { pixels.iter().flatten().map(|c| c.to_bits()).collect() };
+    assert!(bits(&a) == bits(&b), "the pictures of two runs differ");
+}
+
+#[test]
+fn white_boxes_take_colour_from_the_walls() {
+    let (mut headless, target) = cornell_box();
+    show(&mut headless, GiView::Indirect);
+    settle(&mut headless, 40);
+    let picture = headless.picture(&target);
+    let red_green = |x: u32, y: u32| {
+        let p = picture.pixels[(y * SIZE.x + x) as usize];
+        p[0] / p[1]
+    };
+    // The tall box' side that faces the red wall, and the short box' that faces the green one.
+    let (left, right) = (red_green(121, 110), red_green(206, 140));
+    println!("red over green beside the red wall {left:.2}, beside the green wall {right:.2}");
+    assert!(left > 1.3, "{left}");
+    assert!(right < 0.77, "{right}");
+}
+
+#[test]
+fn every_view_is_finite_and_not_negative() {
+    let (mut headless, target) = cornell_box();
+    settle(&mut headless, 10);
+    for view in GiView::ALL {
+        show(&mut headless, view);
+        headless.steps(2);
+        let picture = headless.picture(&target);
+        assert_sane(&picture, view.name());
+        let lit = picture.pixels.iter().filter(|p| luminance(p) > 0.0).count();
+        // The Cornell box has no shiny surface; all else shows something.
+        assert!(lit > 1000 || view == GiView::Specular, "{} is empty", view.name());
+    }
+}
+
+/// In a still scene, nothing is captured or lit again: those passes report no new time.
+#[test]
+fn a_still_scene_costs_only_the_gather() {
+    let (mut headless, _target) = cornell_box();
+    settle(&mut headless, 60);
+    let measured = |headless: &Headless| -> std::collections::BTreeMap<String, u64> {
+        headless
+            .diagnostics()
+            .iter()
+            .filter(|d| d.path().as_str().ends_with("elapsed_cpu"))
+            .filter_map(|d| {
+                let time = d.measurement()?.time;
+                let age = std::time::Instant::now().duration_since(time).as_millis() as u64;
+                Some((d.path().as_str().into(), age))
+            })
+            .collect()
+    };
+    let start = std::time::Instant::now();
+    headless.steps(8);
+    let spent = start.elapsed().as_millis() as u64;
+    for (path, age) in measured(&headless) {
+        let per_frame = path.contains("gather") || path.contains("gi/apply");
+        if path.contains("render/gi/") && !per_frame {
+            assert!(age > spent, "{path} ran {age} ms ago, within the last 8 frames");
+        }
+        if path.contains("gi/vct/gather") {
+            assert!(age <= spent, "the gather runs each frame");
+        }
+    }
+    let _ = UNIT_EV100;
+}

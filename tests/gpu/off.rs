@@ -1,0 +1,75 @@
+//! A camera that shows no global illumination renders as without the plugin, byte for byte.
+
+use bevy::{
+    core_pipeline::{
+        prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass},
+        tonemapping::{DebandDither, Tonemapping},
+    },
+    camera::Hdr,
+    ecs::system::RunSystemOnce,
+    pbr::DefaultOpaqueRendererMethod,
+    prelude::*,
+    render::render_resource::TextureFormat,
+};
+use bevy_gi::prelude::*;
+
+use crate::common::{
+    headless::{Headless, image_target},
+    scenes::cornell,
+};
+
+/// Renders the Cornell box with a camera made by `spawn`.
+fn render(with_plugin: bool, spawn: impl Fn(&mut EntityWorldMut)) -> Vec<u32> {
+    let mut headless = Headless::new(|app| {
+        if with_plugin {
+            app.add_plugins(GiPlugins);
+            app.world_mut().resource_mut::<GiSettings>().replace_ambient = true;
+        }
+    });
+    let world = headless.app.world_mut();
+    world
+        .run_system_once(
+            |mut commands: Commands,
+             mut meshes: ResMut<Assets<Mesh>>,
+             mut materials: ResMut<Assets<StandardMaterial>>| {
+                cornell::spawn(&mut commands, &mut meshes, &mut materials);
+            },
+        )
+        .unwrap();
+    let target = headless.target(UVec2::new(160, 96), TextureFormat::Rgba32Float);
+    let view = cornell::view();
+    let mut camera = headless.app.world_mut().spawn((
+        Camera3d::default(),
+        image_target(&target),
+        Tonemapping::None,
+        DebandDither::Disabled,
+        bevy::camera::Exposure { ev100: view.ev100 },
+        Transform::from_translation(view.eye).looking_at(view.look, Vec3::Y),
+    ));
+    spawn(&mut camera);
+    assert!(headless.wait_until(|_| true));
+    headless.steps(4);
+    let pixels = headless.picture(&target).pixels;
+    assert!(pixels.iter().any(|p| p[0] > 0.01), "something is seen");
+    pixels.iter().flatten().map(|c| c.to_bits()).collect()
+}
+
+#[test]
+fn a_camera_without_the_component_is_untouched() {
+    assert!(render(true, |_| {}) == render(false, |_| {}));
+}
+
+#[test]
+fn a_camera_that_is_off_is_untouched() {
+    // Without the plugin, a camera of the same making: HDR, deferred, no MSAA.
+    let bare = render(false, |camera| {
+        camera.insert((Hdr, DepthPrepass, MotionVectorPrepass, DeferredPrepass, Msaa::Off));
+        camera.world_scope(|world| {
+            world.insert_resource(DefaultOpaqueRendererMethod::deferred());
+        });
+    });
+    let off = render(true, |camera| {
+        camera.insert(GiCamera::with_technique(GiTechnique::Off));
+    });
+    assert!(bare == off);
+}

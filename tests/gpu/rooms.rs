@@ -1,0 +1,87 @@
+//! Closed rooms, whose light is known.
+
+use bevy::prelude::*;
+use bevy_gi::prelude::*;
+
+use crate::{
+    common::scenes::cornell::diffuse,
+    support::{app, assert_sane, camera, material, mean, room, settle, slab},
+};
+
+/// In a closed room whose walls emit 1 nit and reflect half, each bounce adds half of the last:
+/// 1 + 1/2 + 1/4 + ... = 2 nits everywhere.
+#[test]
+fn white_furnace_has_two_nits() {
+    let mut headless = app();
+    let walls = material(
+        &mut headless,
+        StandardMaterial {
+            emissive: LinearRgba::rgb(1.0, 1.0, 1.0),
+            emissive_exposure_weight: 1.0,
+            ..diffuse([0.5; 3])
+        },
+    );
+    room(&mut headless, Vec3::splat(-2.0), Vec3::splat(2.0), 0.4, &walls);
+    let volume = GiVolume::new(Vec3::splat(5.2)).with_resolution(64);
+    headless.app.world_mut().spawn(volume);
+    headless
+        .app
+        .world_mut()
+        .resource_mut::<VoxelConeTracingSettings>()
+        .bounces = 12;
+    let (_, target) = camera(&mut headless, UVec2::new(96, 64), Vec3::new(-1.2, -0.4, 1.4), Vec3::new(1.0, 0.3, -1.0), 80.0);
+    settle(&mut headless, 60);
+    let picture = headless.picture(&target);
+    assert_sane(&picture, "furnace");
+    let nits = mean(&picture);
+    println!("white furnace: {nits:.4} nits, truth 2");
+    assert!((nits - 2.0).abs() < 0.1, "{nits} nits in place of 2, 5 % allowed");
+}
+
+/// Light in a room does not pass a wall of two voxels into the sealed room beside it. Swept over
+/// the phase of the wall against the grid.
+#[test]
+fn sealed_room_stays_dark() {
+    let mut worst = 0.0f32;
+    for phase in 0..4 {
+        let mut headless = app();
+        let white = material(&mut headless, diffuse([0.7; 3]));
+        // 64 voxels over 6.4 m: a voxel is 0.1 m.
+        let wall = 0.2;
+        let at = 0.1 * phase as f32 / 4.0;
+        room(
+            &mut headless,
+            Vec3::new(-2.6, -1.3, -1.3),
+            Vec3::new(2.6, 1.3, 1.3),
+            0.3,
+            &white,
+        );
+        slab(
+            &mut headless,
+            Vec3::new(at - wall / 2.0, -1.3, -1.3),
+            Vec3::new(at + wall / 2.0, 1.3, 1.3),
+            &white,
+        );
+        let volume = GiVolume::new(Vec3::splat(6.4)).with_resolution(64);
+        headless.app.world_mut().spawn(volume);
+        headless.app.world_mut().spawn((
+            PointLight {
+                intensity: 4000.0,
+                range: 100.0,
+                shadow_maps_enabled: true,
+                ..default()
+            },
+            Transform::from_xyz(1.4, 0.6, 0.0),
+        ));
+        headless.app.world_mut().resource_mut::<GiDebugSettings>().view = GiView::Irradiance;
+        let size = UVec2::new(48, 48);
+        let (_, dark) = camera(&mut headless, size, Vec3::new(-2.4, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.01), 90.0);
+        let (_, lit) = camera(&mut headless, size, Vec3::new(2.4, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.01), 90.0);
+        settle(&mut headless, 40);
+        let (dark, lit) = (mean(&headless.picture(&dark)), mean(&headless.picture(&lit)));
+        println!("phase {phase}: lit {lit:.3} nits, dark {dark:.5} nits, leak {:.3} %", 100.0 * dark / lit);
+        assert!(lit > 1.0, "the lit room is lit");
+        worst = worst.max(dark / lit);
+    }
+    assert!(worst < 0.02, "{worst} of the light leaks, 2 % allowed");
+}
