@@ -4,6 +4,7 @@
 mod apply;
 mod camera;
 mod debug;
+mod forward_views;
 mod gpu;
 mod plugins;
 pub mod scene;

@@ -6,6 +6,7 @@ use crate::{
     apply::{ApplyPlugin, gather::GatherPlugin},
     camera::GiCameraPlugin,
     debug::DebugPlugin,
+    forward_views::ForwardViewsPlugin,
     gpu::{GpuPlugin, caps},
     scene::ScenePlugin,
     schedule::SchedulePlugin,
@@ -24,6 +25,7 @@ impl PluginGroup for GiPlugins {
             .add(SchedulePlugin)
             .add(SettingsPlugin)
             .add(GiCameraPlugin)
+            .add(ForwardViewsPlugin)
             // From the scene to the picture.
             .add(GpuPlugin)
             .add(SurfacePlugin)

@@ -15,11 +15,17 @@ pub fn write(picture: &Picture, exposure: f32, path: &Path) -> Result<(), String
     let (width, height) = (picture.size.x as usize, picture.size.y as usize);
     let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-        exr::prelude::write_rgb_file(path, width, height, |x, y| {
-            let p = picture.pixels[y * width + x];
+        use exr::prelude::*;
+        let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
+            let p = picture.pixels[at.y() * width + at.x()];
             (p[0] / exposure, p[1] / exposure, p[2] / exposure)
-        })
-        .map_err(|e| fail(&e))
+        });
+        // One thread: blocks in the order of the picture, the same bytes each time.
+        Image::from_channels((width, height), channels)
+            .write()
+            .non_parallel()
+            .to_file(path)
+            .map_err(|e| fail(&e))
     } else {
         let mut bytes = Vec::with_capacity(width * height * 3);
         for p in &picture.pixels {

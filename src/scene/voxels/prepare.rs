@@ -225,7 +225,7 @@ impl SceneVoxels {
         let bricks = grid.bricks().element_product();
         // Surfaces fill bricks with the square of the resolution, volumes have its cube: the finer
         // the grid, the smaller the part of it that is needed.
-        let wanted = (bricks / 3).max(bricks.min(8192)).min(65535);
+        let wanted = (bricks / 2).max(bricks.min(8192)).min(65535);
         let limit = device.limits().max_storage_buffer_binding_size / u64::from(4 * WORDS * BRICK_VOXELS);
         let capacity = u64::from(wanted).min(limit);
         let mut buffer = |name: &str, words: u64, usage: BufferUsages| {

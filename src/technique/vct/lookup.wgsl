@@ -26,9 +26,9 @@ struct Cone {
 // its normal only, then has the same optical depth at every angle. `near_normal` suppresses what
 // lies in the plane the cone starts from.
 fn sample_cell(uvw: vec3<f32>, dir: vec3<f32>, level: f32, near_normal: vec3<f32>) -> vec4<f32> {
-    let size = vec3<f32>(textureDimensions(cells, i32(level)));
-    // Half a texel of the coarser level: filtering must not reach into the next direction's block.
-    let margin = 0.5 * #{DIRECTIONS}.0 / size.z;
+    // Half a cell: filtering must not reach into the next direction's block. (Not from
+    // `textureDimensions`: Mesa's software driver answers for the level of its first lane.)
+    let margin = exp2(level) / f32(volume.dims.z);
     let z = clamp(uvw.z, margin, 1.0 - margin);
     let facing = select(vec3(0.0), near_normal * near_normal, dir * near_normal > vec3(0.0));
     let weight = abs(dir) * (1.0 - facing);
