@@ -13,7 +13,9 @@ use common::{
 const SKY: LinearRgba = LinearRgba::rgb(3200.0, 4300.0, 6500.0);
 
 fn main() {
-    let path = std::env::args().nth(1).unwrap_or_else(|| sponza::PATH.into());
+    let path = std::env::args()
+        .nth(1)
+        .unwrap_or_else(|| sponza::PATH.into());
     App::new()
         .add_plugins((
             DefaultPlugins.set(AssetPlugin {
@@ -32,16 +34,19 @@ fn main() {
             sky: GiSky::Constant(SKY),
             ..default()
         })
-        .add_systems(Startup, move |mut commands: Commands, server: Res<AssetServer>| {
-            commands.spawn(WorldAssetRoot(
-                server.load(GltfAssetLabel::Scene(0).from_asset(path.clone())),
-            ));
-            commands.spawn((
-                GiVolume::new(Vec3::new(34.0, 18.0, 20.0)),
-                Transform::from_xyz(0.0, 7.5, 0.0),
-            ));
-            commands.spawn(camera(sponza::view()));
-        })
+        .add_systems(
+            Startup,
+            move |mut commands: Commands, server: Res<AssetServer>| {
+                commands.spawn(WorldAssetRoot(
+                    server.load(GltfAssetLabel::Scene(0).from_asset(path.clone())),
+                ));
+                commands.spawn((
+                    GiVolume::new(Vec3::new(34.0, 18.0, 20.0)),
+                    Transform::from_xyz(0.0, 7.5, 0.0),
+                ));
+                commands.spawn(camera(sponza::view()));
+            },
+        )
         .add_systems(Update, (drop_file_cameras, light, move_sun))
         .run();
 }

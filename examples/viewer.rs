@@ -158,7 +158,10 @@ fn scene_path(options: &Options) -> Result<Option<PathBuf>, String> {
                 .extension()
                 .is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"));
             if !is_gltf {
-                return Err(format!("{}: not a .gltf or .glb file, and no bundled scene", path.display()));
+                return Err(format!(
+                    "{}: not a .gltf or .glb file, and no bundled scene",
+                    path.display()
+                ));
             }
             path.canonicalize()
                 .map(Some)
@@ -198,8 +201,12 @@ fn configure(world: &mut World, options: &Options) -> Result<(), String> {
 /// `Resource.path.to.field=value`, the value as RON.
 fn apply_set(world: &mut World, set: &str) -> Result<(), String> {
     let wanted = "Settings.field=value is wanted";
-    let (path, value) = set.split_once('=').ok_or(format!("--set {set}: {wanted}"))?;
-    let (resource, field) = path.split_once('.').ok_or(format!("--set {set}: {wanted}"))?;
+    let (path, value) = set
+        .split_once('=')
+        .ok_or(format!("--set {set}: {wanted}"))?;
+    let (resource, field) = path
+        .split_once('.')
+        .ok_or(format!("--set {set}: {wanted}"))?;
     let registry = world.resource::<AppTypeRegistry>().clone();
     let registry = registry.read();
     let unknown = || format!("--set {set}: there is no settings resource '{resource}'; see --list");
@@ -226,7 +233,9 @@ fn settings_mut<'w>(world: &'w mut World, name: &str) -> Option<Mut<'w, dyn Refl
     fn of<T: Resource<Mutability = bevy::ecs::component::Mutable> + Reflect>(
         world: &mut World,
     ) -> Mut<'_, dyn Reflect> {
-        world.resource_mut::<T>().map_unchanged(|t| t as &mut dyn Reflect)
+        world
+            .resource_mut::<T>()
+            .map_unchanged(|t| t as &mut dyn Reflect)
     }
     Some(match name {
         "GiSettings" => of::<GiSettings>(world),
@@ -237,7 +246,10 @@ fn settings_mut<'w>(world: &'w mut World, name: &str) -> Option<Mut<'w, dyn Refl
 }
 
 fn list() -> Result<(), String> {
-    println!("techniques: {}", GiTechnique::ALL.map(GiTechnique::name).join(" "));
+    println!(
+        "techniques: {}",
+        GiTechnique::ALL.map(GiTechnique::name).join(" ")
+    );
     println!("views: {}", GiView::ALL.map(GiView::name).join(" "));
     println!("settings, with their defaults (ranges: see the documentation of each field):");
     let dump = |name: &str, value: &dyn PartialReflect| {
@@ -249,7 +261,10 @@ fn list() -> Result<(), String> {
         }
     };
     dump("GiSettings", &GiSettings::default());
-    dump("VoxelConeTracingSettings", &VoxelConeTracingSettings::default());
+    dump(
+        "VoxelConeTracingSettings",
+        &VoxelConeTracingSettings::default(),
+    );
     dump("GiDebugSettings", &GiDebugSettings::default());
     Ok(())
 }
@@ -326,7 +341,11 @@ fn watch_loading(
 }
 
 /// Once the scene is there: its volume, its lights, its camera.
-#[allow(clippy::too_many_arguments, clippy::type_complexity, reason = "a system's parameters")]
+#[allow(
+    clippy::too_many_arguments,
+    clippy::type_complexity,
+    reason = "a system's parameters"
+)]
 fn frame_scene(
     mut commands: Commands,
     options: Res<Options>,
@@ -335,7 +354,12 @@ fn frame_scene(
     instances: Query<(), With<WorldInstance>>,
     meshes: Query<(&GlobalTransform, &Aabb), With<Mesh3d>>,
     mut lights: ParamSet<(
-        Query<(Entity, Option<&mut PointLight>, Option<&mut SpotLight>, Option<&mut DirectionalLight>)>,
+        Query<(
+            Entity,
+            Option<&mut PointLight>,
+            Option<&mut SpotLight>,
+            Option<&mut DirectionalLight>,
+        )>,
         Query<(Entity, &GlobalTransform, &Projection), (With<Camera3d>, Without<GiCamera>)>,
     )>,
     mut camera: Query<(&mut Transform, &mut Projection, &mut Exposure), With<GiCamera>>,
@@ -355,7 +379,8 @@ fn frame_scene(
     let (mut min, mut max) = (Vec3::MAX, Vec3::MIN);
     for (transform, aabb) in &meshes {
         for i in 0..8 {
-            let sign = Vec3::new((i & 1) as f32, ((i >> 1) & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
+            let sign =
+                Vec3::new((i & 1) as f32, ((i >> 1) & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
             let corner = Vec3::from(aabb.center) + Vec3::from(aabb.half_extents) * sign;
             let p = transform.transform_point(corner);
             if p.is_finite() {
@@ -376,7 +401,8 @@ fn frame_scene(
 
     if file.0.is_some() {
         commands.spawn((
-            GiVolume::new(extent * 1.04 + 0.02 * extent.max_element()).with_resolution(options.resolution),
+            GiVolume::new(extent * 1.04 + 0.02 * extent.max_element())
+                .with_resolution(options.resolution),
             Transform::from_translation(center),
         ));
     }
@@ -426,12 +452,23 @@ fn frame_scene(
         Some("sponza") => Some(sponza::view()),
         _ => None,
     };
-    let fov = options.fov.or(bundled.map(|b| b.fov)).unwrap_or(45.0).to_radians();
+    let fov = options
+        .fov
+        .or(bundled.map(|b| b.fov))
+        .unwrap_or(45.0)
+        .to_radians();
     let mut from_file = None;
-    let mut file_cameras: Vec<_> = lights.p1().iter().map(|(e, t, p)| (e, *t, p.clone())).collect();
+    let mut file_cameras: Vec<_> = lights
+        .p1()
+        .iter()
+        .map(|(e, t, p)| (e, *t, p.clone()))
+        .collect();
     file_cameras.sort_by_key(|(e, ..)| *e);
     for (entity, transform, projection) in file_cameras {
-        commands.entity(entity).remove::<Camera3d>().remove::<Camera>();
+        commands
+            .entity(entity)
+            .remove::<Camera3d>()
+            .remove::<Camera>();
         from_file.get_or_insert((transform.compute_transform(), projection));
     }
     let radius = extent.length() * 0.5;
@@ -453,7 +490,11 @@ fn frame_scene(
         if options.eye.is_some() || options.look.is_some() {
             let eye = options.eye.unwrap_or(transform.translation);
             let look = options.look.unwrap_or(view.look);
-            let up = if (look - eye).normalize_or_zero().y.abs() > 0.999 { Vec3::X } else { Vec3::Y };
+            let up = if (look - eye).normalize_or_zero().y.abs() > 0.999 {
+                Vec3::X
+            } else {
+                Vec3::Y
+            };
             *transform = Transform::from_translation(eye).looking_at(look, up);
         }
         let far = (extent.length() * 4.0).max(1000.0);
@@ -540,7 +581,11 @@ fn headless(options: Options) -> Result<(), String> {
         .spawn((
             spawn_camera(&options),
             image_target(&target),
-            if linear { Tonemapping::None } else { Tonemapping::TonyMcMapface },
+            if linear {
+                Tonemapping::None
+            } else {
+                Tonemapping::TonyMcMapface
+            },
             bevy::core_pipeline::tonemapping::DebandDither::Disabled,
         ))
         .id();
@@ -560,11 +605,23 @@ fn headless(options: Options) -> Result<(), String> {
     // From here on nothing depends on how long loading took.
     headless.app.world_mut().resource_mut::<GiHistory>().reset();
     headless.steps(options.frames.max(1));
-    let stats = options.stats.is_some().then(|| capture::statistics(&headless));
+    let stats = options
+        .stats
+        .is_some()
+        .then(|| capture::statistics(&headless));
     let picture = headless.picture(&target);
     if let Some(path) = &options.out {
-        let exposure = headless.app.world().get::<Exposure>(camera).copied().unwrap_or_default();
-        let scale = if view.is_luminance() { exposure.exposure() } else { 1.0 };
+        let exposure = headless
+            .app
+            .world()
+            .get::<Exposure>(camera)
+            .copied()
+            .unwrap_or_default();
+        let scale = if view.is_luminance() {
+            exposure.exposure()
+        } else {
+            1.0
+        };
         capture::write(&picture, if exr { scale } else { 1.0 }, path)?;
         println!("{}", path.display());
     }

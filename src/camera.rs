@@ -121,10 +121,7 @@ fn turn_msaa_off(add: On<Add, GiCamera>, cameras: Query<&Msaa>, mut commands: Co
 type ChangedMsaa = (With<GiCamera>, Changed<Msaa>);
 
 /// A camera may get its MSAA back by hand; deferred rendering would then be silently off.
-fn warn_about_format(
-    cameras: Query<(Entity, &Msaa), ChangedMsaa>,
-    mut commands: Commands,
-) {
+fn warn_about_format(cameras: Query<(Entity, &Msaa), ChangedMsaa>, mut commands: Commands) {
     for (entity, msaa) in &cameras {
         if *msaa != Msaa::Off {
             info!("{entity}: GiCamera needs Msaa::Off, which is now set again");

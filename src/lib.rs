@@ -1,4 +1,38 @@
-//! Real-time global illumination for [Bevy](https://bevy.org) on ordinary GPUs.
+//! Real-time global illumination for [Bevy](https://bevy.org) on ordinary GPUs: light that bounces,
+//! without ray-tracing hardware and without baking.
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use bevy_gi::prelude::*;
+//!
+//! App::new()
+//!     .add_plugins((DefaultPlugins, GiPlugins))
+//!     .add_systems(Startup, |mut commands: Commands| {
+//!         commands.spawn((Camera3d::default(), GiCamera::default()));
+//!         // Where light is computed: metres; the Transform places it.
+//!         commands.spawn(GiVolume::new(Vec3::new(20.0, 10.0, 12.0)));
+//!     })
+//!     .run();
+//! ```
+//!
+//! # Techniques
+//!
+//! | [`GiTechnique`] | module | idea |
+//! |---|---|---|
+//! | `VoxelConeTracing` | [`technique::vct`] | voxelize, light, filter, trace cones per pixel |
+//!
+//! # How it hangs together
+//!
+//! [`GiSystems`] is the frame as one list. [`scene`] captures what light sees: voxels, shadow maps,
+//! lights and sky. A [`technique`] turns that into a cache, and looks it up per pixel. The rest,
+//! the same for all techniques, accumulates over frames, brings the light to full resolution, and
+//! adds it to the camera's HDR target.
+//!
+//! # Units
+//!
+//! Everything is photometric, linear, Rec. 709: directional lights in lux, point and spot lights in
+//! candela (Bevy's lumens over 4 pi), emission and caches in nits. Exposure is applied once, at the
+//! end, as Bevy does. A closed room with walls of albedo 1/2 that emit 1 nit has 2 nits.
 #![warn(missing_docs)]
 
 mod apply;

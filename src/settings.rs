@@ -280,10 +280,7 @@ where
                 bevy::app::Last,
                 clamp_settings::<T>.run_if(resource_changed::<T>),
             )
-            .add_systems(
-                PreUpdate,
-                clamp_settings::<T>.run_if(resource_changed::<T>),
-            )
+            .add_systems(PreUpdate, clamp_settings::<T>.run_if(resource_changed::<T>))
             .add_plugins(ExtractResourcePlugin::<T>::default());
     }
 }

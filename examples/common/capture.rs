@@ -14,7 +14,10 @@ pub fn write(picture: &Picture, exposure: f32, path: &Path) -> Result<(), String
     }
     let (width, height) = (picture.size.x as usize, picture.size.y as usize);
     let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+    {
         use exr::prelude::*;
         let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
             let p = picture.pixels[at.y() * width + at.x()];
@@ -29,7 +32,11 @@ pub fn write(picture: &Picture, exposure: f32, path: &Path) -> Result<(), String
     } else {
         let mut bytes = Vec::with_capacity(width * height * 3);
         for p in &picture.pixels {
-            bytes.extend(p[..3].iter().map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8));
+            bytes.extend(
+                p[..3]
+                    .iter()
+                    .map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8),
+            );
         }
         image::save_buffer(
             path,

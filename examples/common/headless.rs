@@ -52,30 +52,40 @@ impl Headless {
     /// An app with all of Bevy but a window, and `configure` on top.
     pub fn new(configure: impl FnOnce(&mut App)) -> Self {
         let mut app = App::new();
-        app.add_plugins(
-            DefaultPlugins
-                .set(AssetPlugin {
-                    file_path: super::scenes::asset_folder(),
-                    unapproved_path_mode: bevy::asset::UnapprovedPathMode::Allow,
-                    ..default()
-                })
-                .set(RenderPlugin {
-                    synchronous_pipeline_compilation: true,
-                    ..default()
-                })
-                .set(WindowPlugin {
-                    primary_window: None,
-                    exit_condition: ExitCondition::DontExit,
-                    ..default()
-                })
-                .disable::<bevy::log::LogPlugin>()
-                .disable::<WinitPlugin>()
-                .disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>(),
-        )
-        .add_plugins(RenderDiagnosticsPlugin)
-        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(
-            1.0 / 60.0,
-        )));
+        // A process has one log, even if a test makes many apps.
+        static LOG: std::sync::Once = std::sync::Once::new();
+        let mut logged = true;
+        LOG.call_once(|| logged = false);
+        let mut plugins = DefaultPlugins
+            .set(AssetPlugin {
+                file_path: super::scenes::asset_folder(),
+                unapproved_path_mode: bevy::asset::UnapprovedPathMode::Allow,
+                ..default()
+            })
+            .set(RenderPlugin {
+                synchronous_pipeline_compilation: true,
+                ..default()
+            })
+            .set(WindowPlugin {
+                primary_window: None,
+                exit_condition: ExitCondition::DontExit,
+                ..default()
+            })
+            .build()
+            .set(bevy::log::LogPlugin {
+                filter: "warn,bevy_gi=info,calloop=off".into(),
+                ..default()
+            })
+            .disable::<WinitPlugin>()
+            .disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>();
+        if logged {
+            plugins = plugins.disable::<bevy::log::LogPlugin>();
+        }
+        app.add_plugins(plugins)
+            .add_plugins(RenderDiagnosticsPlugin)
+            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(
+                1.0 / 60.0,
+            )));
         let waiting = PipelinesWaiting::default();
         let errors = PipelineErrors::default();
         app.insert_resource(waiting.clone())
@@ -182,11 +192,20 @@ impl Headless {
     /// What a target of format `Rgba32Float` or `Rgba8UnormSrgb` shows; the latter as 0..=1, encoded.
     pub fn picture(&mut self, target: &Handle<Image>) -> Picture {
         let (size, format) = {
-            let image = self.app.world().resource::<Assets<Image>>().get(target).unwrap();
+            let image = self
+                .app
+                .world()
+                .resource::<Assets<Image>>()
+                .get(target)
+                .unwrap();
             (image.size(), image.texture_descriptor.format)
         };
         let bytes = self.read_back(Readback::texture(target.clone()));
-        let texel = if format == TextureFormat::Rgba32Float { 16 } else { 4 };
+        let texel = if format == TextureFormat::Rgba32Float {
+            16
+        } else {
+            4
+        };
         // Rows may be padded to the alignment of copies.
         let row = bytes.len() / size.y as usize;
         let mut pixels = Vec::with_capacity((size.x * size.y) as usize);

@@ -111,8 +111,7 @@ impl Plugin for ViewIndirectPlugin {
 }
 
 pub(crate) fn init_gather_layout(mut commands: Commands) {
-    let target =
-        || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
+    let target = || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
     let source = || texture_2d(TextureSampleType::Float { filterable: false });
     commands.insert_resource(GatherLayout(BindGroupLayoutDescriptor::new(
         "gi/gather",
@@ -327,11 +326,8 @@ fn gather<T: Technique>(
             label: Some(T::GATHER),
             timestamp_writes: None,
         });
-    let span = bevy::render::diagnostic::RecordDiagnostics::pass_span(
-        &diagnostics,
-        &mut pass,
-        T::GATHER,
-    );
+    let span =
+        bevy::render::diagnostic::RecordDiagnostics::pass_span(&diagnostics, &mut pass, T::GATHER);
     pass.set_pipeline(compiled);
     let groups = UVec3::new(indirect.size.x.div_ceil(8), indirect.size.y.div_ceil(8), 1);
     for (volume, group) in &indirect.passes {

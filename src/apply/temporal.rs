@@ -88,8 +88,7 @@ fn init_temporal_pipeline(
     surface: Res<SurfaceLayout>,
 ) {
     let source = || texture_2d(TextureSampleType::Float { filterable: false });
-    let target =
-        || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
+    let target = || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
     let layout = BindGroupLayoutDescriptor::new(
         "gi/apply/temporal",
         &BindGroupLayoutEntries::sequential(

@@ -100,7 +100,9 @@ impl GiView {
 
 /// What to show for debugging. The same for all GI cameras; those whose technique is off show their
 /// picture.
-#[derive(Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, Default, PartialEq)]
+#[derive(
+    Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, Default, PartialEq,
+)]
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct GiDebugSettings {

@@ -76,18 +76,12 @@ fn missing(device: &RenderDevice, adapter: &RenderAdapter) -> Option<&'static st
         .allowed_usages
         .contains(TextureUsages::STORAGE_BINDING);
     [
-        (
-            can("COMPUTE_SHADERS"),
-            "compute shaders",
-        ),
+        (can("COMPUTE_SHADERS"), "compute shaders"),
         (
             can("FRAGMENT_WRITABLE_STORAGE"),
             "storage buffers that fragment shaders can write",
         ),
-        (
-            can("INDIRECT_EXECUTION"),
-            "indirect dispatch",
-        ),
+        (can("INDIRECT_EXECUTION"), "indirect dispatch"),
         (storage, "Rgba16Float storage textures"),
         (
             limits.max_storage_buffers_per_shader_stage >= 8,

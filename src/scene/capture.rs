@@ -17,16 +17,15 @@ use bevy::{
         system::{ReadOnlySystemParam, StaticSystemParam, SystemParam, SystemParamItem},
     },
     material::{
-        AlphaMode,
+        AlphaMode, MaterialProperties,
         key::{ErasedMaterialPipelineKey, ErasedMeshPipelineKey},
-        MaterialProperties,
     },
     math::{Mat4, UVec2, UVec4},
     mesh::{Mesh3d, MeshVertexBufferLayoutRef},
     pbr::{
         MeshPipeline, MeshPipelineKey, PreparedMaterial, PrepassFragmentShader,
-        PrepassVertexShader, PreprocessPipelines,
-        RenderMaterialInstances, RenderMeshInstances, early_gpu_preprocess,
+        PrepassVertexShader, PreprocessPipelines, RenderMaterialInstances, RenderMeshInstances,
+        early_gpu_preprocess,
     },
     platform::collections::HashSet,
     render::{
@@ -274,9 +273,9 @@ where
     C: RenderCommand<CapturePhase<K>, Param: ReadOnlySystemParam> + Send + Sync + 'static,
 {
     fn build(&self, app: &mut App) {
-        app.add_plugins(BinnedRenderPhasePlugin::<CapturePhase<K>, MeshPipeline>::new(
-            Default::default(),
-        ));
+        app.add_plugins(
+            BinnedRenderPhasePlugin::<CapturePhase<K>, MeshPipeline>::new(Default::default()),
+        );
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
@@ -334,8 +333,7 @@ fn queue_captures<K: CaptureKind>(
             capture.changed = true;
         }
         let queue = pending.0.prepare_for_new_frame(retained);
-        for (render_entity, main_entity) in
-            dirty.iter_to_queue(retained, class, &queue.prev_frame)
+        for (render_entity, main_entity) in dirty.iter_to_queue(retained, class, &queue.prev_frame)
         {
             // Whatever comes of it: the picture of the scene is not the same as before.
             capture.changed = true;
@@ -351,8 +349,7 @@ fn queue_captures<K: CaptureKind>(
                 queue.current_frame.insert((*render_entity, *main_entity));
                 continue;
             };
-            let mut mesh_key =
-                K::KEY | MeshPipelineKey::from_bits_retain(mesh.key_bits.bits());
+            let mut mesh_key = K::KEY | MeshPipelineKey::from_bits_retain(mesh.key_bits.bits());
             match material.properties.alpha_mode {
                 AlphaMode::Opaque => {}
                 AlphaMode::Mask(_) | AlphaMode::AlphaToCoverage => {

@@ -118,7 +118,8 @@ impl SceneLight {
     pub fn shadow_maps(&self) -> usize {
         if !self.shadows {
             0
-        } else if self.gpu.kind == LightKind::Point as u32 || self.gpu.kind == LightKind::Rect as u32
+        } else if self.gpu.kind == LightKind::Point as u32
+            || self.gpu.kind == LightKind::Rect as u32
         {
             6
         } else {
@@ -158,10 +159,7 @@ impl Plugin for LightsPlugin {
         render_app
             .init_resource::<SceneLights>()
             .add_systems(ExtractSchedule, extract_lights)
-            .add_systems(
-                Render,
-                write_lights.in_set(RenderSystems::PrepareResources),
-            );
+            .add_systems(Render, write_lights.in_set(RenderSystems::PrepareResources));
     }
 }
 
@@ -247,11 +245,7 @@ impl ToGpuLight for RectLight {
     }
 }
 
-fn collect<L: ToGpuLight>(
-    lights: &LightQuery<L>,
-    auto_lights: bool,
-    out: &mut Vec<SceneLight>,
-) {
+fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut Vec<SceneLight>) {
     for (entity, light, transform, visibility, gi) in lights {
         if !visibility.get() || (gi.is_none() && !auto_lights) {
             continue;
@@ -297,10 +291,7 @@ pub(crate) fn extract_lights(
             .then(power(b).total_cmp(&power(a)))
             .then(a.entity.cmp(&b.entity))
     });
-    super::shadows::assign(
-        &mut lights,
-        settings.max_shadow_maps as usize,
-    );
+    super::shadows::assign(&mut lights, settings.max_shadow_maps as usize);
     if lights != scene.lights {
         scene.lights = lights;
         scene.version += 1;

@@ -81,9 +81,9 @@ fn rect_irradiance(light: Light, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     return light.color * min(sum, PI);
 }
 
-// Irradiance at `p` on a surface facing `n`, lux, of all lights with their shadows. `spread` is
-// half the width of the region that `p` stands for: visibility is averaged over it.
-fn direct_irradiance(p: vec3<f32>, n: vec3<f32>, spread: f32) -> vec3<f32> {
+// Irradiance at `p` on a surface facing `n`, lux, of all lights with their shadows. Visibility is
+// that of a point `lift` above the surface, averaged over a patch of half width `spread`.
+fn direct_irradiance(p: vec3<f32>, n: vec3<f32>, lift: f32, spread: f32) -> vec3<f32> {
     let t = normalize(select(cross(n, vec3(0.0, 0.0, 1.0)), cross(n, vec3(1.0, 0.0, 0.0)), abs(n.z) > 0.7));
     let b = cross(n, t);
     var sum = vec3(0.0);
@@ -96,7 +96,7 @@ fn direct_irradiance(p: vec3<f32>, n: vec3<f32>, spread: f32) -> vec3<f32> {
         var seen = 0.0;
         for (var s = 0u; s < 4u; s++) {
             let o = vec2(f32(s & 1u), f32(s >> 1u)) * 2.0 - 1.0;
-            seen += 0.25 * visibility(light, p + spread * (o.x * t + o.y * b));
+            seen += 0.25 * visibility(light, p + lift * n + spread * (o.x * t + o.y * b));
         }
         sum += e * seen;
     }

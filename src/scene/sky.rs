@@ -64,10 +64,7 @@ impl Plugin for SkyPlugin {
             .init_resource::<SceneSky>()
             .add_systems(RenderStartup, init_black_cube)
             .add_systems(ExtractSchedule, extract_sky)
-            .add_systems(
-                Render,
-                prepare_sky.in_set(RenderSystems::PrepareResources),
-            );
+            .add_systems(Render, prepare_sky.in_set(RenderSystems::PrepareResources));
     }
 }
 

@@ -134,7 +134,11 @@ fn collect_casters(
         {
             let e = material.emissive;
             // An unlit material shows its base colour, at most 1, as emission.
-            let e = e.red.max(e.green).max(e.blue).max(f32::from(material.unlit));
+            let e = e
+                .red
+                .max(e.green)
+                .max(e.blue)
+                .max(f32::from(material.unlit));
             max_emissive = max_emissive.max(e);
         }
         scene.casters.push(Caster {

@@ -216,10 +216,7 @@ impl Plugin for VolumePlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins(SyncComponentPlugin::<GiVolume>::default())
             .register_required_components::<GiVolume, VolumeGrid>()
-            .add_systems(
-                PostUpdate,
-                update_grids.after(TransformSystems::Propagate),
-            );
+            .add_systems(PostUpdate, update_grids.after(TransformSystems::Propagate));
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
@@ -243,13 +240,11 @@ pub(crate) fn update_grids(
             *volume = clamped;
         }
         let follow = camera.filter(|_| volume.follow_camera).unwrap_or_default();
-        let new = Grid::new(
-            &volume,
-            transform.translation() + follow,
-            transform.scale(),
-        );
+        let new = Grid::new(&volume, transform.translation() + follow, transform.scale());
         if new.is_none() {
-            warn_once!("a GiVolume has a transform that is not finite or without size; it is skipped");
+            warn_once!(
+                "a GiVolume has a transform that is not finite or without size; it is skipped"
+            );
         }
         grid.set_if_neq(VolumeGrid(new));
     }

@@ -96,7 +96,8 @@ fn prepare_surfaces(
                 t.motion_vectors_view()?,
             ))
         });
-        let (Some((depth, deferred, motion)), Some(size)) = (prepass, camera.physical_viewport_size)
+        let (Some((depth, deferred, motion)), Some(size)) =
+            (prepass, camera.physical_viewport_size)
         else {
             commands.entity(entity).remove::<ViewSurface>();
             continue;

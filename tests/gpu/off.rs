@@ -1,11 +1,11 @@
 //! A camera that shows no global illumination renders as without the plugin, byte for byte.
 
 use bevy::{
+    camera::Hdr,
     core_pipeline::{
         prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass},
         tonemapping::{DebandDither, Tonemapping},
     },
-    camera::Hdr,
     ecs::system::RunSystemOnce,
     pbr::DefaultOpaqueRendererMethod,
     prelude::*,
@@ -65,7 +65,13 @@ fn a_camera_without_the_component_is_untouched() {
 fn a_camera_that_is_off_is_untouched() {
     // Without the plugin, a camera of the same making: HDR, deferred, no MSAA.
     let bare = render(false, |camera| {
-        camera.insert((Hdr, DepthPrepass, MotionVectorPrepass, DeferredPrepass, Msaa::Off));
+        camera.insert((
+            Hdr,
+            DepthPrepass,
+            MotionVectorPrepass,
+            DeferredPrepass,
+            Msaa::Off,
+        ));
         camera.world_scope(|world| {
             world.insert_resource(DefaultOpaqueRendererMethod::deferred());
         });

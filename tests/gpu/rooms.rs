@@ -21,7 +21,13 @@ fn white_furnace_has_two_nits() {
             ..diffuse([0.5; 3])
         },
     );
-    room(&mut headless, Vec3::splat(-2.0), Vec3::splat(2.0), 0.4, &walls);
+    room(
+        &mut headless,
+        Vec3::splat(-2.0),
+        Vec3::splat(2.0),
+        0.4,
+        &walls,
+    );
     let volume = GiVolume::new(Vec3::splat(5.2)).with_resolution(64);
     headless.app.world_mut().spawn(volume);
     headless
@@ -29,13 +35,22 @@ fn white_furnace_has_two_nits() {
         .world_mut()
         .resource_mut::<VoxelConeTracingSettings>()
         .bounces = 12;
-    let (_, target) = camera(&mut headless, UVec2::new(96, 64), Vec3::new(-1.2, -0.4, 1.4), Vec3::new(1.0, 0.3, -1.0), 80.0);
+    let (_, target) = camera(
+        &mut headless,
+        UVec2::new(96, 64),
+        Vec3::new(-1.2, -0.4, 1.4),
+        Vec3::new(1.0, 0.3, -1.0),
+        80.0,
+    );
     settle(&mut headless, 60);
     let picture = headless.picture(&target);
     assert_sane(&picture, "furnace");
     let nits = mean(&picture);
     println!("white furnace: {nits:.4} nits, truth 2");
-    assert!((nits - 2.0).abs() < 0.1, "{nits} nits in place of 2, 5 % allowed");
+    assert!(
+        (nits - 2.0).abs() < 0.1,
+        "{nits} nits in place of 2, 5 % allowed"
+    );
 }
 
 /// Light in a room does not pass a wall of two voxels into the sealed room beside it. Swept over
@@ -73,13 +88,35 @@ fn sealed_room_stays_dark() {
             },
             Transform::from_xyz(1.4, 0.6, 0.0),
         ));
-        headless.app.world_mut().resource_mut::<GiDebugSettings>().view = GiView::Irradiance;
+        headless
+            .app
+            .world_mut()
+            .resource_mut::<GiDebugSettings>()
+            .view = GiView::Irradiance;
         let size = UVec2::new(48, 48);
-        let (_, dark) = camera(&mut headless, size, Vec3::new(-2.4, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.01), 90.0);
-        let (_, lit) = camera(&mut headless, size, Vec3::new(2.4, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.01), 90.0);
+        let (_, dark) = camera(
+            &mut headless,
+            size,
+            Vec3::new(-2.4, 0.0, 0.0),
+            Vec3::new(0.0, 0.0, 0.01),
+            90.0,
+        );
+        let (_, lit) = camera(
+            &mut headless,
+            size,
+            Vec3::new(2.4, 0.0, 0.0),
+            Vec3::new(0.0, 0.0, 0.01),
+            90.0,
+        );
         settle(&mut headless, 40);
-        let (dark, lit) = (mean(&headless.picture(&dark)), mean(&headless.picture(&lit)));
-        println!("phase {phase}: lit {lit:.3} nits, dark {dark:.5} nits, leak {:.3} %", 100.0 * dark / lit);
+        let (dark, lit) = (
+            mean(&headless.picture(&dark)),
+            mean(&headless.picture(&lit)),
+        );
+        println!(
+            "phase {phase}: lit {lit:.3} nits, dark {dark:.5} nits, leak {:.3} %",
+            100.0 * dark / lit
+        );
         assert!(lit > 1.0, "the lit room is lit");
         worst = worst.max(dark / lit);
     }

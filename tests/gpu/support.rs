@@ -37,7 +37,11 @@ pub fn camera(
     fov: f32,
 ) -> (Entity, Handle<Image>) {
     let target = headless.target(size, TextureFormat::Rgba32Float);
-    let up = if (look - eye).normalize().y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
+    let up = if (look - eye).normalize().y.abs() > 0.99 {
+        Vec3::Z
+    } else {
+        Vec3::Y
+    };
     let camera = headless
         .app
         .world_mut()
@@ -60,7 +64,12 @@ pub fn camera(
 }
 
 /// A box of a material.
-pub fn slab(headless: &mut Headless, min: Vec3, max: Vec3, material: &Handle<StandardMaterial>) -> Entity {
+pub fn slab(
+    headless: &mut Headless,
+    min: Vec3,
+    max: Vec3,
+    material: &Handle<StandardMaterial>,
+) -> Entity {
     let world = headless.app.world_mut();
     let mesh = world
         .resource_mut::<Assets<Mesh>>()

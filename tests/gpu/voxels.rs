@@ -6,7 +6,9 @@ use bevy::{
     prelude::*,
     render::{
         Render, RenderApp, RenderSystems,
-        render_resource::{BufferDescriptor, BufferUsages, CommandEncoderDescriptor, MapMode, PollType},
+        render_resource::{
+            BufferDescriptor, BufferUsages, CommandEncoderDescriptor, MapMode, PollType,
+        },
         renderer::{RenderDevice, RenderQueue},
     },
 };
@@ -42,8 +44,12 @@ type Found = Arc<Mutex<Option<(Grid, Vec<u32>, Vec<u32>)>>>;
 fn occupancy(headless: &mut Headless) -> Occupancy {
     let found: Found = default();
     let sink = found.clone();
-    let read = move |voxels: Query<&SceneVoxels>, device: Res<RenderDevice>, queue: Res<RenderQueue>| {
-        let Some(voxels) = voxels.iter().next() else { return };
+    let read = move |voxels: Query<&SceneVoxels>,
+                     device: Res<RenderDevice>,
+                     queue: Res<RenderQueue>| {
+        let Some(voxels) = voxels.iter().next() else {
+            return;
+        };
         let copy = |buffer: &bevy::render::render_resource::Buffer| -> Vec<u32> {
             let staging = device.create_buffer(&BufferDescriptor {
                 label: None,
@@ -93,7 +99,13 @@ fn voxelize(mesh: Mesh, transform: Transform) -> (Occupancy, Vec<[Vec3; 3]>) {
     let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
     world.spawn((Mesh3d(mesh), MeshMaterial3d(white), transform));
     world.spawn(GiVolume::new(Vec3::splat(6.4)).with_resolution(64));
-    camera(&mut headless, UVec2::splat(16), Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO, 45.0);
+    camera(
+        &mut headless,
+        UVec2::splat(16),
+        Vec3::new(0.0, 0.0, 9.0),
+        Vec3::ZERO,
+        45.0,
+    );
     settle(&mut headless, 3);
     let occupancy = occupancy(&mut headless);
     let grid = occupancy.grid;
@@ -118,12 +130,15 @@ fn overlaps(triangle: &[Vec3; 3], v: IVec3, margin: f32) -> bool {
     if axes.iter().any(|a| separated(*a)) || separated(edges[0].cross(edges[1])) {
         return false;
     }
-    !edges.iter().any(|e| axes.iter().any(|a| separated(e.cross(*a))))
+    !edges
+        .iter()
+        .any(|e| axes.iter().any(|a| separated(e.cross(*a))))
 }
 
 fn voxels(grid: &Grid) -> impl Iterator<Item = IVec3> {
     let d = grid.dims.as_ivec3();
-    (0..d.z).flat_map(move |z| (0..d.y).flat_map(move |y| (0..d.x).map(move |x| IVec3::new(x, y, z))))
+    (0..d.z)
+        .flat_map(move |z| (0..d.y).flat_map(move |y| (0..d.x).map(move |x| IVec3::new(x, y, z))))
 }
 
 /// Whether a flood from a corner reaches `inside`, from voxel to face-adjacent empty voxel.
@@ -149,7 +164,11 @@ fn closed_surfaces_have_no_holes_and_nothing_stray() {
     let turned = Transform::from_rotation(Quat::from_euler(EulerRot::XYZ, 0.6, 0.4, 0.2))
         .with_translation(Vec3::new(0.013, -0.021, 0.037));
     let shapes: [(&str, Mesh, Transform); 4] = [
-        ("sphere", Sphere::new(2.3).mesh().ico(6).unwrap(), Transform::default()),
+        (
+            "sphere",
+            Sphere::new(2.3).mesh().ico(6).unwrap(),
+            Transform::default(),
+        ),
         ("turned box", Cuboid::from_length(3.0).into(), turned),
         ("turned cone", Cone::new(2.0, 3.4).into(), turned),
         ("turned cylinder", Cylinder::new(1.4, 3.3).into(), turned),

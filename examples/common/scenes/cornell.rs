@@ -62,9 +62,21 @@ pub fn spawn(
         ));
     };
     let w = WALL * 0.5;
-    slab(-Vec3::Y * (HALF.y + w), Vec3::new(outer.x, w, outer.z), &white);
-    slab(Vec3::Y * (HALF.y + w), Vec3::new(outer.x, w, outer.z), &white);
-    slab(-Vec3::Z * (HALF.z + w), Vec3::new(outer.x, HALF.y, w), &white);
+    slab(
+        -Vec3::Y * (HALF.y + w),
+        Vec3::new(outer.x, w, outer.z),
+        &white,
+    );
+    slab(
+        Vec3::Y * (HALF.y + w),
+        Vec3::new(outer.x, w, outer.z),
+        &white,
+    );
+    slab(
+        -Vec3::Z * (HALF.z + w),
+        Vec3::new(outer.x, HALF.y, w),
+        &white,
+    );
     slab(-Vec3::X * (HALF.x + w), Vec3::new(w, HALF.y, HALF.z), &red);
     slab(Vec3::X * (HALF.x + w), Vec3::new(w, HALF.y, HALF.z), &green);
 

@@ -16,7 +16,10 @@ use bevy::{
         system::{SystemParamItem, lifetimeless::*},
     },
     material::{MaterialProperties, key::ErasedMaterialPipelineKey},
-    math::{Mat4, UVec2, Vec3, Vec3A, bounding::{Aabb3d, BoundingVolume}},
+    math::{
+        Mat4, UVec2, Vec3, Vec3A,
+        bounding::{Aabb3d, BoundingVolume},
+    },
     mesh::MeshVertexBufferLayoutRef,
     pbr::{
         DrawDepthOnlyPrepass, DrawPrepass, MeshPipelineKey, PrepassPipeline,
@@ -172,7 +175,11 @@ impl MapView {
 }
 
 fn any_up(direction: Vec3) -> Vec3 {
-    if direction.y.abs() > 0.9 { Vec3::Z } else { Vec3::Y }
+    if direction.y.abs() > 0.9 {
+        Vec3::Z
+    } else {
+        Vec3::Y
+    }
 }
 
 /// An orthographic view of `volumes` along the light, deep enough for all `casters`.
@@ -315,7 +322,12 @@ fn prepare_shadows(
         })
     });
     let layers = shadows.maps.len().max(1) as u32;
-    if shadows.texture.as_ref().map(|t| t.size().depth_or_array_layers) != Some(layers) {
+    if shadows
+        .texture
+        .as_ref()
+        .map(|t| t.size().depth_or_array_layers)
+        != Some(layers)
+    {
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("gi/scene/shadow_maps"),
             size: Extent3d {

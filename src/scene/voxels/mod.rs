@@ -61,9 +61,7 @@ impl Plugin for VoxelsPlugin {
         embedded_asset!(app, "voxelize.wgsl");
         embedded_asset!(app, "allocate.wgsl");
         embedded_asset!(app, "resolve.wgsl");
-        app.add_plugins(
-            CaptureKindPlugin::<node::VoxelCapture, node::DrawVoxelize>::default(),
-        );
+        app.add_plugins(CaptureKindPlugin::<node::VoxelCapture, node::DrawVoxelize>::default());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };

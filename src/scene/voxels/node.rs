@@ -201,7 +201,14 @@ pub(crate) fn init_voxel_pipelines(
     let allocate_shader = load_embedded_asset!(server.as_ref(), "allocate.wgsl");
     let resolve_shader = load_embedded_asset!(server.as_ref(), "resolve.wgsl");
     let pass = |name, layout, shader: &Handle<Shader>, entry| {
-        ComputePass::new(&cache, name, &[layout], shader.clone(), entry, shader_defs())
+        ComputePass::new(
+            &cache,
+            name,
+            &[layout],
+            shader.clone(),
+            entry,
+            shader_defs(),
+        )
     };
     commands.insert_resource(VoxelPipelines {
         allocate: pass(
@@ -228,7 +235,12 @@ pub(crate) fn init_voxel_pipelines(
             &resolve_shader,
             "resolve",
         ),
-        list: pass("gi/scene/list_voxels", &resolve_layout, &resolve_shader, "list"),
+        list: pass(
+            "gi/scene/list_voxels",
+            &resolve_layout,
+            &resolve_shader,
+            "list",
+        ),
         draw_layout,
         allocate_layout,
         resolve_layout,
@@ -297,7 +309,11 @@ pub(crate) fn voxelize(
             let bricks = voxels.grid.bricks().element_product().div_ceil(64);
             let rows = bricks.div_ceil(argument::ROW);
             let groups = UVec3::new(bricks.div_ceil(rows), rows, 1);
-            record.run(&pipelines.allocate, Groups::Direct(groups), &[&job.allocate]);
+            record.run(
+                &pipelines.allocate,
+                Groups::Direct(groups),
+                &[&job.allocate],
+            );
             record.run(
                 &pipelines.brick_arguments,
                 Groups::Direct(UVec3::ONE),

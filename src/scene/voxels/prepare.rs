@@ -226,7 +226,8 @@ impl SceneVoxels {
         // Surfaces fill bricks with the square of the resolution, volumes have its cube: the finer
         // the grid, the smaller the part of it that is needed.
         let wanted = (bricks / 2).max(bricks.min(8192)).min(65535);
-        let limit = device.limits().max_storage_buffer_binding_size / u64::from(4 * WORDS * BRICK_VOXELS);
+        let limit =
+            device.limits().max_storage_buffer_binding_size / u64::from(4 * WORDS * BRICK_VOXELS);
         let capacity = u64::from(wanted).min(limit);
         let mut buffer = |name: &str, words: u64, usage: BufferUsages| {
             memory.storage_buffer(device, name, words, usage)
@@ -236,8 +237,13 @@ impl SceneVoxels {
         Self {
             grid,
             previous_grid: grid,
-            brick_maps: [(); 2]
-                .map(|()| buffer("scene/voxels/brick_map", bricks.into(), BufferUsages::COPY_SRC)),
+            brick_maps: [(); 2].map(|()| {
+                buffer(
+                    "scene/voxels/brick_map",
+                    bricks.into(),
+                    BufferUsages::COPY_SRC,
+                )
+            }),
             current: 0,
             pool: buffer(
                 "scene/voxels/pool",

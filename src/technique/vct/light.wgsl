@@ -131,7 +131,7 @@ fn bounce(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
 // Radiance of a side: emission, and what it reflects.
 fn side(voxel: Voxel, p: vec3<f32>, n: vec3<f32>, bounced: vec3<f32>) -> vec3<f32> {
     // The surface lies anywhere in the voxel: a whole voxel above its centre is surely outside.
-    let direct = direct_irradiance(p + n * volume.voxel, n, 0.3 * volume.voxel) / PI;
+    let direct = direct_irradiance(p, n, volume.voxel, 0.3 * volume.voxel) / PI;
     return voxel.emission + voxel.albedo * (direct + bounced);
 }
 

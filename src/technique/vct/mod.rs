@@ -47,8 +47,8 @@ use bevy::{
     asset::{AssetServer, Handle, embedded_asset, load_embedded_asset},
     ecs::prelude::*,
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems, render_resource::BindGroupLayoutDescriptor,
-        renderer::RenderGraph,
+        Render, RenderApp, RenderStartup, RenderSystems,
+        render_resource::BindGroupLayoutDescriptor, renderer::RenderGraph,
     },
     shader::{Shader, ShaderDefVal, load_shader_library},
 };

@@ -153,7 +153,11 @@ pub(crate) fn init_vct_pipelines(
     );
     let light_shader: Handle<Shader> = load_embedded_asset!(server.as_ref(), "light.wgsl");
     let filter_shader: Handle<Shader> = load_embedded_asset!(server.as_ref(), "filter.wgsl");
-    let pass = |name, layouts: &[&BindGroupLayoutDescriptor], shader: &Handle<Shader>, entry, def: &str| {
+    let pass = |name,
+                layouts: &[&BindGroupLayoutDescriptor],
+                shader: &Handle<Shader>,
+                entry,
+                def: &str| {
         let mut defs = shader_defs();
         defs.push(def.into());
         ComputePass::new(&cache, name, layouts, shader.clone(), entry, defs)
@@ -212,7 +216,8 @@ pub(crate) fn update_vct(
     let Some(pipelines) = pipelines else { return };
     let diagnostics = ctx.diagnostic_recorder();
     for (voxels, vct, scene) in &volumes {
-        let (Some(job), Some(cache_group)) = (&vct.job, crate::technique::TechniqueCache::bind_group(vct))
+        let (Some(job), Some(cache_group)) =
+            (&vct.job, crate::technique::TechniqueCache::bind_group(vct))
         else {
             continue;
         };
@@ -227,11 +232,7 @@ pub(crate) fn update_vct(
             record.encoder.clear_buffer(bounced, 0, None);
         }
         if let Some(carry) = &job.carry {
-            record.run(
-                &pipelines.carry,
-                arguments(argument::VOXELS),
-                &[carry],
-            );
+            record.run(&pipelines.carry, arguments(argument::VOXELS), &[carry]);
         }
         for (slice, group) in &job.bounce {
             record.run(

@@ -150,9 +150,8 @@ impl VctCache {
         });
         memory.texture("vct/cells", &texture);
         let voxels = u64::from(voxels.capacity * BRICK_VOXELS);
-        let mut buffer = |name: &str| {
-            memory.storage_buffer(device, name, voxels * 2, BufferUsages::COPY_SRC)
-        };
+        let mut buffer =
+            |name: &str| memory.storage_buffer(device, name, voxels * 2, BufferUsages::COPY_SRC);
         Self {
             dims,
             texture,
@@ -292,9 +291,13 @@ impl VctCache {
                 ..Default::default()
             })
         };
-        let cells: Vec<_> = (0..voxels.grid.levels).map(|l| (self.dims / 2) >> l).collect();
+        let cells: Vec<_> = (0..voxels.grid.levels)
+            .map(|l| (self.dims / 2) >> l)
+            .collect();
         let mip = |level: usize| {
-            let mut uniform = UniformBuffer::from(GpuMip { cells: cells[level] });
+            let mut uniform = UniformBuffer::from(GpuMip {
+                cells: cells[level],
+            });
             uniform.write_buffer(device, queue);
             uniform
         };

@@ -53,7 +53,7 @@ pub struct VoxelConeTracingSettings {
     /// A cone ends once it is this opaque. Range 0.5..=1, default 0.97.
     pub opacity_cutoff: f32,
     /// How often a fully covered cell counts along a cone. A wall is one cell thick at every level,
-    /// and is sampled off its centre: below 2, light leaks through it. Range 1..=8, default 5. More
+    /// and is sampled off its centre: below 3, light leaks through it. Range 1..=8, default 4.5. More
     /// makes things fatter.
     pub density: f32,
     /// Bounces after the first that still gain light after a change of the scene; lighting goes
@@ -82,7 +82,7 @@ impl Default for VoxelConeTracingSettings {
             bias: 1.0,
             clearance: 0.35,
             opacity_cutoff: 0.97,
-            density: 5.0,
+            density: 4.5,
             bounces: 6,
             bounce_interval: 4,
             bounce_cones: 6,
