@@ -506,6 +506,11 @@ fn frame_scene(
             p.near = p.near.min(0.05);
         }
         exposure.ev100 = options.ev100.unwrap_or(view.ev100);
+        if let Some(nits) = options.sky {
+            // The sky is seen as bright as it shines; a clear colour is not exposed by Bevy.
+            let seen = nits * exposure.exposure();
+            commands.insert_resource(ClearColor(Color::linear_rgb(seen, seen, seen)));
+        }
     }
 }
 

@@ -9,7 +9,10 @@ use anyhow::{Result, bail};
 
 /// The repository.
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the repository").into()
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("xtask lies in the repository")
+        .into()
 }
 
 /// A target directory outside of the checkout, which survives it: building Bevy takes long.
@@ -17,10 +20,13 @@ fn target_dir() -> PathBuf {
     if let Some(dir) = std::env::var_os("CARGO_TARGET_DIR") {
         return dir.into();
     }
-    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(|| {
-        std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache"))
-    });
-    cache.map_or_else(|| root().join("target"), |cache| cache.join("bevy_gi/target"))
+    let cache = std::env::var_os("XDG_CACHE_HOME")
+        .map(PathBuf::from)
+        .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache")));
+    cache.map_or_else(
+        || root().join("target"),
+        |cache| cache.join("bevy_gi/target"),
+    )
 }
 
 /// `cargo` with arguments, in the repository.

@@ -14,7 +14,9 @@ pub fn run(headless: bool, out: &Path) -> Result<()> {
     println!("building (the first time takes a while: all of Bevy)");
     if display && !headless {
         cargo(&["build", "--release", "--example", "cornell"])?;
-        let status = Command::new(example("cornell")).current_dir(root()).status()?;
+        let status = Command::new(example("cornell"))
+            .current_dir(root())
+            .status()?;
         if !status.success() {
             bail!("the example ended with {status}");
         }
@@ -26,7 +28,10 @@ pub fn run(headless: bool, out: &Path) -> Result<()> {
     cargo(&["build", "--release", "--example", "viewer"])?;
     std::fs::create_dir_all(out)?;
     let sponza = ["sponza", "--sky", "4500", "--frames", "40"];
-    for (scene, arguments) in [("cornell", &["cornell", "--frames", "40"][..]), ("sponza", &sponza)] {
+    for (scene, arguments) in [
+        ("cornell", &["cornell", "--frames", "40"][..]),
+        ("sponza", &sponza),
+    ] {
         for (suffix, more) in [
             ("off", &["--technique", "off"][..]),
             ("on", &["--technique", "vct"]),
@@ -61,9 +66,14 @@ fn print_statistics(path: &Path) -> Result<()> {
     let stats: serde_json::Value = serde_json::from_str(&text)?;
     let adapter = stats["adapter"]["name"].as_str().unwrap_or("unknown");
     println!("  adapter: {adapter}");
-    let passes = stats["passes"].as_object().context("statistics without passes")?;
+    let passes = stats["passes"]
+        .as_object()
+        .context("statistics without passes")?;
     for (name, figures) in passes.iter().filter(|(name, _)| name.starts_with("gi/")) {
-        println!("  {name:28} {:8.2} ms", figures["gpu_ms"].as_f64().unwrap_or(0.0));
+        println!(
+            "  {name:28} {:8.2} ms",
+            figures["gpu_ms"].as_f64().unwrap_or(0.0)
+        );
     }
     println!(
         "  GI {:.1} ms, the rest of the frame {:.1} ms, GI memory {:.1} MiB",

@@ -9,7 +9,10 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 
 #[derive(Parser)]
-#[command(name = "cargo xtask", about = "Set-up, demo, tests and assets of bevy_gi")]
+#[command(
+    name = "cargo xtask",
+    about = "Set-up, demo, tests and assets of bevy_gi"
+)]
 struct Options {
     #[command(subcommand)]
     task: Task,

@@ -18,7 +18,10 @@ const WINDOW_LIBRARIES: &[(&str, &str)] = &[
     ("libxkbcommon-x11-0", "libxkbcommon-x11.so.0"),
 ];
 /// What the linker needs: Rust comes without one.
-const TOOLS: &[(&str, &str)] = &[("gcc", "/usr/bin/cc"), ("libc6-dev", "/usr/include/stdio.h")];
+const TOOLS: &[(&str, &str)] = &[
+    ("gcc", "/usr/bin/cc"),
+    ("libc6-dev", "/usr/include/stdio.h"),
+];
 
 const FOLDERS: &[&str] = &[
     "/usr/lib",
@@ -33,7 +36,9 @@ fn exists(file: &str) -> bool {
     if file.starts_with('/') {
         return Path::new(file).exists();
     }
-    FOLDERS.iter().any(|folder| Path::new(folder).join(file).exists())
+    FOLDERS
+        .iter()
+        .any(|folder| Path::new(folder).join(file).exists())
 }
 
 /// Installs what is missing, by `apt-get` where that is allowed; else says how.
@@ -53,12 +58,25 @@ pub fn install(window: bool) -> Result<()> {
     if missing.is_empty() {
         return Ok(());
     }
-    let line = format!("apt-get install -y --no-install-recommends {}", missing.join(" "));
+    let line = format!(
+        "apt-get install -y --no-install-recommends {}",
+        missing.join(" ")
+    );
     if !Path::new("/usr/bin/apt-get").exists() {
-        bail!("missing: {}. On Debian or Ubuntu: sudo {line}", missing.join(", "));
+        bail!(
+            "missing: {}. On Debian or Ubuntu: sudo {line}",
+            missing.join(", ")
+        );
     }
-    let root = Command::new("id").arg("-u").output()?.stdout.starts_with(b"0\n");
-    let sudo = Command::new("sudo").args(["-n", "true"]).output().is_ok_and(|o| o.status.success());
+    let root = Command::new("id")
+        .arg("-u")
+        .output()?
+        .stdout
+        .starts_with(b"0\n");
+    let sudo = Command::new("sudo")
+        .args(["-n", "true"])
+        .output()
+        .is_ok_and(|o| o.status.success());
     if !root && !sudo {
         bail!("missing: {}. Run: sudo {line}", missing.join(", "));
     }
