@@ -604,7 +604,7 @@ fn headless(options: Options) -> Result<(), String> {
     if !loaded {
         return Err("the scene did not finish loading".into());
     }
-    for error in headless.pipeline_errors() {
+    if let Some(error) = headless.pipeline_errors().first() {
         return Err(format!("a shader failed: {error}"));
     }
     // From here on nothing depends on how long loading took.

@@ -3,7 +3,7 @@
 //! A technique is a folder of this module. It turns the [scene's capture](crate::scene) into one
 //! cache per volume, in the set [`GiSystems::UpdateCaches`](crate::GiSystems::UpdateCaches), and
 //! offers one compute shader that looks the cache up per pixel: its *gather*. Everything after
-//! that ([`apply`](crate::apply)) is the same for all. Techniques know nothing of each other.
+//! that (`apply`) is the same for all. Techniques know nothing of each other.
 //!
 //! # The gather shader
 //!

@@ -45,11 +45,11 @@ fn blocks(picture: &Picture) -> Vec<[f32; 3]> {
     let mut out = Vec::new();
     for by in 0..picture.size.y / 8 {
         for bx in 0..picture.size.x / 8 {
-            let mut sum = [0.0; 3];
+            let mut sum = [0.0f32; 3];
             for i in 0..64 {
                 let at = (by * 8 + i / 8) * picture.size.x + bx * 8 + i % 8;
-                for c in 0..3 {
-                    sum[c] += picture.pixels[at as usize][c] / 64.0;
+                for (sum, value) in sum.iter_mut().zip(picture.pixels[at as usize]) {
+                    *sum += value / 64.0;
                 }
             }
             out.push(sum);
