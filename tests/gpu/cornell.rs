@@ -1,7 +1,7 @@
 //! The Cornell box: against a path tracer, twice the same, colours where they belong, and the cost
 //! of standing still.
 
-use bevy::{ecs::system::RunSystemOnce, prelude::*};
+use bevy::prelude::*;
 use bevy_gi::prelude::*;
 
 use crate::{
@@ -9,24 +9,14 @@ use crate::{
         headless::{Headless, Picture},
         scenes::cornell,
     },
-    support::{app, assert_sane, camera, luminance, settle},
+    support::{app, assert_sane, camera, luminance, settle, spawn_cornell},
 };
 
 const SIZE: UVec2 = UVec2::new(320, 184);
 
 fn cornell_box() -> (Headless, Handle<Image>) {
     let mut headless = app();
-    headless
-        .app
-        .world_mut()
-        .run_system_once(
-            |mut commands: Commands,
-             mut meshes: ResMut<Assets<Mesh>>,
-             mut materials: ResMut<Assets<StandardMaterial>>| {
-                cornell::spawn(&mut commands, &mut meshes, &mut materials);
-            },
-        )
-        .unwrap();
+    spawn_cornell(&mut headless);
     let view = cornell::view();
     let (_, target) = camera(&mut headless, SIZE, view.eye, view.look, view.fov);
     (headless, target)

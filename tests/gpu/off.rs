@@ -6,16 +6,18 @@ use bevy::{
         prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass},
         tonemapping::{DebandDither, Tonemapping},
     },
-    ecs::system::RunSystemOnce,
     pbr::DefaultOpaqueRendererMethod,
     prelude::*,
     render::render_resource::TextureFormat,
 };
 use bevy_gi::prelude::*;
 
-use crate::common::{
-    headless::{Headless, image_target},
-    scenes::cornell,
+use crate::{
+    common::{
+        headless::{Headless, image_target},
+        scenes::cornell,
+    },
+    support::spawn_cornell,
 };
 
 /// Renders the Cornell box with a camera made by `spawn`.
@@ -26,16 +28,7 @@ fn render(with_plugin: bool, spawn: impl Fn(&mut EntityWorldMut)) -> Vec<u32> {
             app.world_mut().resource_mut::<GiSettings>().replace_ambient = true;
         }
     });
-    let world = headless.app.world_mut();
-    world
-        .run_system_once(
-            |mut commands: Commands,
-             mut meshes: ResMut<Assets<Mesh>>,
-             mut materials: ResMut<Assets<StandardMaterial>>| {
-                cornell::spawn(&mut commands, &mut meshes, &mut materials);
-            },
-        )
-        .unwrap();
+    spawn_cornell(&mut headless);
     let target = headless.target(UVec2::new(160, 96), TextureFormat::Rgba32Float);
     let view = cornell::view();
     let mut camera = headless.app.world_mut().spawn((

@@ -3,12 +3,16 @@
 use bevy::{
     camera::Exposure,
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    ecs::system::RunSystemOnce,
     prelude::*,
     render::render_resource::TextureFormat,
 };
 use bevy_gi::prelude::*;
 
-use crate::common::headless::{Headless, Picture, image_target};
+use crate::common::{
+    headless::{Headless, Picture, image_target},
+    scenes::cornell,
+};
 
 /// With this exposure, a nit is 1 in the HDR target.
 pub const UNIT_EV100: f32 = -0.263_034;
@@ -132,4 +136,19 @@ pub fn assert_sane(picture: &Picture, what: &str) {
         let fine = p[..3].iter().all(|c| c.is_finite() && *c >= 0.0);
         assert!(fine, "{what}: pixel {i} is {p:?}");
     }
+}
+
+/// The Cornell box of the examples.
+pub fn spawn_cornell(headless: &mut Headless) {
+    headless
+        .app
+        .world_mut()
+        .run_system_once(
+            |mut commands: Commands,
+             mut meshes: ResMut<Assets<Mesh>>,
+             mut materials: ResMut<Assets<StandardMaterial>>| {
+                cornell::spawn(&mut commands, &mut meshes, &mut materials);
+            },
+        )
+        .expect("the app has meshes and materials");
 }
