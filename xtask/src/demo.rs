@@ -27,9 +27,9 @@ pub fn run(headless: bool, out: &Path) -> Result<()> {
     }
     cargo(&["build", "--release", "--example", "viewer"])?;
     std::fs::create_dir_all(out)?;
-    let sponza = ["sponza", "--sky", "4500", "--frames", "40"];
+    let sponza = ["sponza", "--sky", "4500", "--frames", "80"];
     for (scene, arguments) in [
-        ("cornell", &["cornell", "--frames", "40"][..]),
+        ("cornell", &["cornell", "--frames", "80"][..]),
         ("sponza", &sponza),
     ] {
         for (suffix, more) in [
