@@ -5,11 +5,13 @@ mod common;
 use bevy::prelude::*;
 use bevy_gi::prelude::*;
 use common::{
+    adapter,
     controls::{ControlsPlugin, camera},
     scenes::cornell::{self, BULB, CornellBox, CornellLight},
 };
 
 fn main() {
+    adapter::require();
     App::new()
         .add_plugins((
             DefaultPlugins,

@@ -5,6 +5,7 @@ mod common;
 use bevy::prelude::*;
 use bevy_gi::prelude::*;
 use common::{
+    adapter,
     controls::{ControlsPlugin, camera},
     scenes::{asset_folder, sponza},
 };
@@ -13,6 +14,7 @@ use common::{
 const SKY: LinearRgba = LinearRgba::rgb(3200.0, 4300.0, 6500.0);
 
 fn main() {
+    adapter::require();
     let path = std::env::args()
         .nth(1)
         .unwrap_or_else(|| sponza::PATH.into());

@@ -13,10 +13,10 @@ use bevy::{
     render::render_resource::TextureFormat,
     world_serialization::WorldInstance,
 };
-use bevy_gi::{GiSupport, prelude::*};
+use bevy_gi::{FieldRange, GiSupport, prelude::*};
 use clap::Parser;
 use common::{
-    capture,
+    adapter, capture,
     controls::ControlsPlugin,
     headless::{Headless, image_target},
     scenes::{SceneView, asset_folder, cornell, sponza},
@@ -118,10 +118,11 @@ fn main() -> ExitCode {
     let options = Options::parse();
     let result = if options.list {
         list()
-    } else if options.headless {
-        headless(options)
     } else {
-        window(options)
+        adapter::find().and_then(|()| match options.headless {
+            true => headless(options),
+            false => window(options),
+        })
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -245,27 +246,43 @@ fn settings_mut<'w>(world: &'w mut World, name: &str) -> Option<Mut<'w, dyn Refl
     })
 }
 
+/// The variants of an enum, for `--list`.
+fn variants(value: &dyn PartialReflect) -> String {
+    match value.get_represented_type_info() {
+        Some(bevy::reflect::TypeInfo::Enum(info)) => {
+            format!("  {}", info.variant_names().join(" | "))
+        }
+        _ => String::new(),
+    }
+}
+
 fn list() -> Result<(), String> {
     println!(
         "techniques: {}",
         GiTechnique::ALL.map(GiTechnique::name).join(" ")
     );
     println!("views: {}", GiView::ALL.map(GiView::name).join(" "));
-    println!("settings, with their defaults (ranges: see the documentation of each field):");
-    let dump = |name: &str, value: &dyn PartialReflect| {
+    println!("settings, with their defaults and ranges:");
+    let dump = |name: &str, value: &dyn PartialReflect, ranges: Vec<FieldRange>| {
         if let bevy::reflect::ReflectRef::Struct(fields) = value.reflect_ref() {
             for i in 0..fields.field_len() {
                 let field = fields.name_at(i).unwrap_or_default();
-                println!("  {name}.{field} = {:?}", fields.field_at(i).unwrap());
+                let value = fields.field_at(i).unwrap();
+                let range = match ranges.iter().find(|range| range.field == field) {
+                    Some(range) => format!("  {}..={}", range.min, range.max),
+                    None => variants(value),
+                };
+                println!("  {name}.{field} = {value:?}{range}");
             }
         }
     };
-    dump("GiSettings", &GiSettings::default());
+    dump("GiSettings", &GiSettings::default(), GiSettings::ranges());
     dump(
         "VoxelConeTracingSettings",
         &VoxelConeTracingSettings::default(),
+        VoxelConeTracingSettings::ranges(),
     );
-    dump("GiDebugSettings", &GiDebugSettings::default());
+    dump("GiDebugSettings", &GiDebugSettings::default(), vec![]);
     Ok(())
 }
 

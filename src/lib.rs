@@ -46,22 +46,30 @@ mod schedule;
 mod settings;
 mod surface;
 pub mod technique;
+#[cfg(test)]
+mod wgsl_tests;
 
 pub use camera::GiCamera;
 pub use debug::{GiDebugSettings, GiView};
-pub use gpu::{caps::GiSupport, memory::GpuMemory};
+pub use gpu::{caps::GiSupport, statistics::GiStatistics};
 pub use plugins::GiPlugins;
-pub use scene::{lights::GiLight, visibility::NotGiCaster, volume::GiVolume};
+pub use scene::{
+    lights::GiLight,
+    material::{GiMaterial, GiMaterialPlugin},
+    visibility::NotGiCaster,
+    volume::GiVolume,
+};
 pub use schedule::GiSystems;
 pub use settings::{
-    EmissiveUnits, GatherResolution, GiHistory, GiQuality, GiSettings, GiSky, GiTechnique,
+    EmissiveUnits, FieldRange, GatherResolution, GiHistory, GiQuality, GiSettings, GiSky,
+    GiTechnique,
 };
 pub use technique::vct::{ConeLayout, VoxelConeTracingSettings};
 
 /// What an app usually needs.
 pub mod prelude {
     pub use crate::{
-        GiCamera, GiDebugSettings, GiHistory, GiLight, GiPlugins, GiQuality, GiSettings, GiSky,
-        GiTechnique, GiView, GiVolume, NotGiCaster, VoxelConeTracingSettings,
+        GiCamera, GiDebugSettings, GiHistory, GiLight, GiMaterialPlugin, GiPlugins, GiQuality,
+        GiSettings, GiSky, GiTechnique, GiView, GiVolume, NotGiCaster, VoxelConeTracingSettings,
     };
 }

@@ -3,7 +3,7 @@
 use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 
 use crate::{
-    apply::{ApplyPlugin, gather::GatherPlugin},
+    apply::{ApplyPlugin, export::TechniqueExportPlugin, gather::GatherPlugin},
     camera::GiCameraPlugin,
     debug::DebugPlugin,
     forward_views::ForwardViewsPlugin,
@@ -35,6 +35,7 @@ impl PluginGroup for GiPlugins {
             // Techniques: a new one is a folder, and its lines here.
             .add(VoxelConeTracingPlugin)
             .add(GatherPlugin::<VoxelConeTracing>::default())
+            .add(TechniqueExportPlugin::<VoxelConeTracing>::default())
             .add(SupportPlugin)
     }
 }

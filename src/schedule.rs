@@ -22,12 +22,19 @@ pub enum GiSystems {
     CaptureScene,
     /// Once per frame: each active technique turns the capture into its cache.
     UpdateCaches,
+    /// Once per frame: the caches are looked up at the probes of Bevy's irradiance volumes, for what is
+    /// drawn forward.
+    Export,
     /// Per GI camera: the technique's cache is looked up for every gathered pixel.
     Gather,
-    /// Per GI camera: temporal accumulation of the gathered light.
+    /// Per GI camera: temporal accumulation of the gathered light, and a spatial filter of it.
     Denoise,
     /// Per GI camera: the light is brought to full resolution and added to the HDR target.
     Composite,
+    /// Per GI camera: the irradiance volumes are filled, now that the deferred pixels have their light.
+    ShowExport,
+    /// Per GI camera: they are emptied, once all that is drawn forward has its light too.
+    HideExport,
 }
 
 /// Orders [`GiSystems`] among themselves and against Bevy's own passes.
@@ -41,7 +48,11 @@ impl Plugin for SchedulePlugin {
         render_app
             .configure_sets(
                 RenderGraph,
-                (GiSystems::CaptureScene, GiSystems::UpdateCaches)
+                (
+                    GiSystems::CaptureScene,
+                    GiSystems::UpdateCaches,
+                    GiSystems::Export,
+                )
                     .chain()
                     .before(camera_driver),
             )
@@ -52,10 +63,14 @@ impl Plugin for SchedulePlugin {
                         .chain()
                         .after(Core3dSystems::Prepass)
                         .before(Core3dSystems::MainPass),
-                    GiSystems::Composite
+                    (GiSystems::Composite, GiSystems::ShowExport)
+                        .chain()
                         .after(deferred_lighting)
                         .before(main_opaque_pass_3d)
                         .in_set(Core3dSystems::MainPass),
+                    GiSystems::HideExport
+                        .after(Core3dSystems::MainPass)
+                        .before(Core3dSystems::EarlyPostProcess),
                 ),
             );
     }

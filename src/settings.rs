@@ -1,7 +1,7 @@
 //! [`GiSettings`]: what holds for every technique, its presets, and the clamping of bad values.
 
 use bevy::{
-    app::{App, Plugin, PreUpdate},
+    app::{App, Last, Plugin},
     color::LinearRgba,
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     log::warn,
@@ -134,9 +134,13 @@ pub struct GiSettings {
     pub indirect_strength: f32,
     /// Resolution of the gather. Default quarter. Cost of the gather is proportional to its pixels.
     pub gather_resolution: GatherResolution,
-    /// Number of past frames blended into each gathered pixel, 1 = none. Range 1..=128, default 24.
-    /// More is calmer and slower to react. Cost: two reads and two writes a gathered pixel.
+    /// Number of past frames blended into each gathered pixel, 1 = none. Range 1..=128, default 64;
+    /// while light changes, at most 8. More is calmer. Cost: two reads and two writes a gathered
+    /// pixel.
     pub history_frames: u32,
+    /// Gathered pixels to each side over which the light of one surface is averaged, 0 = none. Range
+    /// 0..=3, default 1; one more while light changes. More is calmer and less detailed. Cost: proportional to `(2 r + 1)^2`.
+    pub denoise_radius: u32,
     /// Leaves out the ambient light and the environment map of GI cameras, and lets their light
     /// arrive as sky through the scene instead, with occlusion. Default `false`.
     pub replace_ambient: bool,
@@ -144,6 +148,10 @@ pub struct GiSettings {
     pub sky: GiSky,
     /// How a material's emission becomes light. Default [`EmissiveUnits::AsSeen`].
     pub emissive_units: EmissiveUnits,
+    /// What is not deferred (forward, transparent and own materials) receives diffuse indirect light
+    /// from probes 8 voxels apart, through Bevy's irradiance volumes. Default `true`. Cost: a pass over
+    /// the probes while light changes, and three texture reads in each pixel that Bevy shades.
+    pub forward_light: bool,
     /// Every light without a [`GiLight`](crate::GiLight) takes part. Default `true`.
     pub auto_lights: bool,
     /// Texels along the side of each shadow map that the bounced light uses. A point or rect light
@@ -160,10 +168,12 @@ impl Default for GiSettings {
             technique: GiTechnique::VoxelConeTracing,
             indirect_strength: 1.0,
             gather_resolution: GatherResolution::Quarter,
-            history_frames: 24,
+            history_frames: 64,
+            denoise_radius: 1,
             replace_ambient: false,
             sky: GiSky::Camera,
             emissive_units: EmissiveUnits::AsSeen,
+            forward_light: true,
             auto_lights: true,
             shadow_map_size: 512,
             max_shadow_maps: 48,
@@ -188,10 +198,18 @@ impl GiSettings {
     }
 }
 
+impl GiSettings {
+    /// Ranges of the numeric fields.
+    pub fn ranges() -> Vec<FieldRange> {
+        Clamp::ranges::<Self>()
+    }
+}
+
 impl Clamped for GiSettings {
     fn clamp(&mut self, c: &mut Clamp) {
         c.float("indirect_strength", &mut self.indirect_strength, 0.0, 16.0);
         c.int("history_frames", &mut self.history_frames, 1, 128);
+        c.int("denoise_radius", &mut self.denoise_radius, 0, 3);
         c.int("shadow_map_size", &mut self.shadow_map_size, 64, 2048);
         c.int("max_shadow_maps", &mut self.max_shadow_maps, 1, 256);
         if let GiSky::Constant(color) = &mut self.sky {
@@ -206,10 +224,22 @@ pub(crate) trait Clamped {
     fn clamp(&mut self, clamp: &mut Clamp);
 }
 
-/// Brings values into their ranges and remembers what it had to change.
+/// The range of a numeric field of a settings type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldRange {
+    /// Reflection path of the field below its type.
+    pub field: &'static str,
+    /// Least value.
+    pub min: f64,
+    /// Greatest value.
+    pub max: f64,
+}
+
+/// Brings values into their ranges, and remembers the ranges and what it had to change.
 pub(crate) struct Clamp {
     owner: &'static str,
     changed: bool,
+    ranges: Vec<FieldRange>,
 }
 
 impl Clamp {
@@ -218,27 +248,49 @@ impl Clamp {
         let mut clamp = Self {
             owner,
             changed: false,
+            ranges: Vec::new(),
         };
         value.clamp(&mut clamp);
         clamp.changed
     }
 
+    /// The ranges of a type's fields, as [`Clamped::clamp`] has them.
+    pub fn ranges<T: Clamped + Default>() -> Vec<FieldRange> {
+        let mut clamp = Self {
+            owner: "",
+            changed: false,
+            ranges: Vec::new(),
+        };
+        T::default().clamp(&mut clamp);
+        clamp.ranges
+    }
+
     /// Not-a-number becomes `min`.
-    pub fn float(&mut self, field: &str, value: &mut f32, min: f32, max: f32) {
+    pub fn float(&mut self, field: &'static str, value: &mut f32, min: f32, max: f32) {
+        self.ranges.push(FieldRange {
+            field,
+            min: min.into(),
+            max: max.into(),
+        });
         if !(min..=max).contains(value) {
             let old = std::mem::replace(value, value.max(min).min(max));
             self.warn(field, old, *value, min, max);
         }
     }
 
-    pub fn int(&mut self, field: &str, value: &mut u32, min: u32, max: u32) {
+    pub fn int(&mut self, field: &'static str, value: &mut u32, min: u32, max: u32) {
+        self.ranges.push(FieldRange {
+            field,
+            min: min.into(),
+            max: max.into(),
+        });
         if !(min..=max).contains(value) {
             let old = std::mem::replace(value, (*value).clamp(min, max));
             self.warn(field, old, *value, min, max);
         }
     }
 
-    pub fn color(&mut self, field: &str, value: &mut LinearRgba, max: f32) {
+    pub fn color(&mut self, field: &'static str, value: &mut LinearRgba, max: f32) {
         self.float(field, &mut value.red, 0.0, max);
         self.float(field, &mut value.green, 0.0, max);
         self.float(field, &mut value.blue, 0.0, max);
@@ -276,11 +328,8 @@ where
 {
     fn build(&self, app: &mut App) {
         app.init_resource::<T>()
-            .add_systems(
-                bevy::app::Last,
-                clamp_settings::<T>.run_if(resource_changed::<T>),
-            )
-            .add_systems(PreUpdate, clamp_settings::<T>.run_if(resource_changed::<T>))
+            // After whatever the app does in a frame, and before that is sent.
+            .add_systems(Last, clamp_settings::<T>.run_if(resource_changed::<T>))
             .add_plugins(ExtractResourcePlugin::<T>::default());
     }
 }
@@ -324,5 +373,83 @@ impl Plugin for SettingsPlugin {
             SettingsResourcePlugin::<GiSettings>::default(),
             ExtractResourcePlugin::<GiHistory>::default(),
         ));
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A preset is in range, and survives being written and read.
+    pub(crate) fn check_preset<T>(name: &'static str, preset: &T)
+    where
+        T: Clamped + Clone + PartialEq + std::fmt::Debug + Serialize + for<'a> Deserialize<'a>,
+    {
+        let mut clamped = preset.clone();
+        assert!(!Clamp::apply(name, &mut clamped), "{preset:?}");
+        let text = ron::to_string(preset).unwrap();
+        assert_eq!(&ron::from_str::<T>(&text).unwrap(), preset, "{text}");
+    }
+
+    /// Every number of a settings type has a range, and nothing else has.
+    pub(crate) fn check_ranges(
+        value: &dyn bevy::reflect::structs::Struct,
+        ranges: impl IntoIterator<Item = FieldRange>,
+    ) {
+        let ranges: Vec<_> = ranges.into_iter().collect();
+        for i in 0..value.field_len() {
+            let field = value.field_at(i).unwrap();
+            let number = field.try_downcast_ref::<f32>().is_some()
+                || field.try_downcast_ref::<u32>().is_some();
+            let name = value.name_at(i).unwrap();
+            let has = ranges.iter().any(|range| range.field == name);
+            assert_eq!(number, has, "{name}");
+        }
+    }
+
+    #[test]
+    fn presets_are_in_range_and_survive_ron() {
+        for quality in GiQuality::ALL {
+            check_preset("GiSettings", &GiSettings::preset(quality));
+        }
+        // What a file leaves out has its default.
+        let partial: GiSettings = ron::from_str("(history_frames: 7)").unwrap();
+        assert_eq!(
+            partial,
+            GiSettings {
+                history_frames: 7,
+                ..Default::default()
+            }
+        );
+    }
+
+    #[test]
+    fn bad_values_are_clamped_once() {
+        let mut settings = GiSettings {
+            indirect_strength: f32::NAN,
+            history_frames: 0,
+            shadow_map_size: u32::MAX,
+            sky: GiSky::Constant(LinearRgba::rgb(f32::INFINITY, -1.0, f32::NAN)),
+            ..Default::default()
+        };
+        assert!(Clamp::apply("GiSettings", &mut settings));
+        assert_eq!(settings.indirect_strength, 0.0);
+        assert_eq!(settings.history_frames, 1);
+        assert_eq!(settings.shadow_map_size, 2048);
+        assert_eq!(
+            settings.sky,
+            GiSky::Constant(LinearRgba::rgb(1e6, 0.0, 0.0))
+        );
+        assert!(!Clamp::apply("GiSettings", &mut settings));
+    }
+
+    #[test]
+    fn every_number_has_a_range() {
+        // The sky's range is that of the colour in one of its variants.
+        let ranges = GiSettings::ranges();
+        check_ranges(
+            &GiSettings::default(),
+            ranges.into_iter().filter(|range| range.field != "sky"),
+        );
     }
 }

@@ -6,13 +6,21 @@ mod common;
 
 #[path = "gpu/bad_input.rs"]
 mod bad_input;
+#[path = "gpu/casters.rs"]
+mod casters;
 #[path = "gpu/cornell.rs"]
 mod cornell;
+#[path = "gpu/forward.rs"]
+mod forward;
+#[path = "gpu/lights.rs"]
+mod lights;
 #[path = "gpu/off.rs"]
 mod off;
 #[path = "gpu/rooms.rs"]
 mod rooms;
 #[path = "gpu/support.rs"]
 mod support;
+#[path = "gpu/time.rs"]
+mod time;
 #[path = "gpu/voxels.rs"]
 mod voxels;

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
-use bevy_gi::{GpuMemory, prelude::*};
+use bevy_gi::{GiStatistics, prelude::*};
 
 use super::headless::{Headless, Picture};
 
@@ -90,7 +90,8 @@ pub fn statistics(headless: &Headless) -> serde_json::Value {
             "type": format!("{:?}", info.device_type),
         })
     });
-    let memory = world.resource::<GpuMemory>().snapshot();
+    let statistics = world.resource::<GiStatistics>();
+    let memory = statistics.memory();
     serde_json::json!({
         "adapter": adapter,
         "gi_gpu_ms": sum(true),
@@ -99,6 +100,7 @@ pub fn statistics(headless: &Headless) -> serde_json::Value {
         "passes": passes,
         "memory_total_bytes": memory.values().sum::<u64>(),
         "memory_bytes": memory,
+        "counts": statistics.counts(),
         "settings": {
             "GiSettings": world.resource::<GiSettings>(),
             "VoxelConeTracingSettings": world.resource::<VoxelConeTracingSettings>(),

@@ -6,20 +6,24 @@ use bevy::{
     core_pipeline::{FullscreenShader, schedule::Core3d},
     ecs::prelude::*,
     math::UVec2,
+    pbr::{DistanceFog, ScreenSpaceAmbientOcclusionResources},
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
         camera::ExtractedCamera,
         diagnostic::RecordDiagnostics,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
+        texture::FallbackImage,
         view::{ExtractedView, ViewTarget, ViewUniformOffset},
     },
     shader::Shader,
 };
 
 use super::{
+    denoise::{ViewDenoised, prepare_denoise},
+    fog::{self, GpuFog},
     gather::ViewIndirect,
-    temporal::{ViewHistory, prepare_history},
+    temporal::ViewHistory,
 };
 use crate::{
     debug::{GiDebugSettings, GiView},
@@ -37,6 +41,9 @@ struct GpuComposite {
     /// A [`GiView`].
     mode: u32,
     strength: f32,
+    /// Whether there is a texture of screen-space ambient occlusion.
+    ssao: u32,
+    fog: GpuFog,
 }
 
 /// The composite of a camera.
@@ -79,7 +86,10 @@ impl SpecializedRenderPipeline for CompositePipeline {
             vertex: self.fullscreen.to_vertex_state(),
             fragment: Some(FragmentState {
                 shader: self.shader.clone(),
-                shader_defs: GiView::shader_defs(),
+                shader_defs: GiView::shader_defs()
+                    .into_iter()
+                    .chain(fog::shader_defs())
+                    .collect(),
                 targets: vec![Some(ColorTargetState {
                     format,
                     blend: (!replace).then_some(add),
@@ -110,7 +120,7 @@ impl Plugin for CompositePlugin {
                 Render,
                 prepare_composite
                     .in_set(RenderSystems::PrepareBindGroups)
-                    .after(prepare_history)
+                    .after(prepare_denoise)
                     .run_if(supported),
             )
             .add_systems(Core3d, composite.in_set(GiSystems::Composite));
@@ -135,6 +145,7 @@ fn init_composite_pipeline(
                     source(),
                     source(),
                     source(),
+                    source(),
                 ),
             ),
         ),
@@ -148,6 +159,9 @@ type CompositeData = (
     &'static ExtractedView,
     Option<&'static ViewIndirect>,
     Option<&'static ViewHistory>,
+    Option<&'static ViewDenoised>,
+    Option<&'static DistanceFog>,
+    Option<&'static ScreenSpaceAmbientOcclusionResources>,
     Has<ViewComposite>,
 );
 
@@ -160,11 +174,12 @@ fn prepare_composite(
     pipeline: Option<Res<CompositePipeline>>,
     mut pipelines: ResMut<SpecializedRenderPipelines<CompositePipeline>>,
     cache: Res<PipelineCache>,
+    fallback: Res<FallbackImage>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
     let Some(pipeline) = pipeline else { return };
-    for (entity, view, indirect, history, exists) in &views {
+    for (entity, view, indirect, history, denoised, fog, ssao, exists) in &views {
         let (Some(indirect), Some(history)) = (indirect, history) else {
             if exists {
                 commands.entity(entity).remove::<ViewComposite>();
@@ -176,13 +191,22 @@ fn prepare_composite(
             divisor: indirect.divisor,
             mode: debug.view as u32,
             strength: settings.indirect_strength,
+            ssao: ssao.is_some().into(),
+            fog: fog.into(),
         });
         uniform.write_buffer(&device, &queue);
-        let [diffuse, specular, surface] = history.result();
+        let [mut diffuse, mut specular, surface] = history.result().each_ref();
+        if let Some(denoised) = denoised {
+            [diffuse, specular] = denoised.result().each_ref();
+        }
+        let ssao = match ssao {
+            Some(ssao) => &ssao.screen_space_ambient_occlusion_texture.default_view,
+            None => &fallback.d2.texture_view,
+        };
         let bind_group = device.create_bind_group(
             "gi/apply/composite",
             &cache.get_bind_group_layout(&pipeline.layout),
-            &BindGroupEntries::sequential((&uniform, diffuse, specular, surface)),
+            &BindGroupEntries::sequential((&uniform, &**diffuse, &**specular, &**surface, ssao)),
         );
         let key = (view.target_format, debug.view != GiView::Full);
         commands.entity(entity).insert(ViewComposite {

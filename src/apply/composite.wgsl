@@ -3,6 +3,7 @@
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::surface::{Surface, diffuse_albedo, load_surface, specular_albedo, view}
+#import bevy_pbr::ssao_utils::ssao_multibounce
 #import bevy_pbr::utils::octahedral_decode
 
 struct Composite {
@@ -10,12 +11,22 @@ struct Composite {
     divisor: u32,
     mode: u32,
     strength: f32,
+    ssao: u32,
+    fog: Fog,
+}
+
+struct Fog {
+    falloff: vec3<f32>,
+    opacity: f32,
+    kind: u32,
 }
 
 @group(1) @binding(0) var<uniform> composite: Composite;
 @group(1) @binding(1) var diffuse_texture: texture_2d<f32>;
 @group(1) @binding(2) var specular_texture: texture_2d<f32>;
 @group(1) @binding(3) var surface_texture: texture_2d<f32>;
+// At full resolution, if there is one.
+@group(1) @binding(4) var ssao_texture: texture_2d<f32>;
 
 struct Indirect {
     // Nits.
@@ -59,6 +70,24 @@ fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
     );
 }
 
+// What Bevy's distance fog lets through over `d` metres (`bevy_pbr::fog`).
+fn fog_transmittance(d: f32) -> vec3<f32> {
+    let fog = composite.fog;
+    var hidden = vec3(0.0);
+    switch fog.kind {
+        case #{FOG_LINEAR}u: {
+            let start = fog.falloff.x;
+            let end = fog.falloff.y;
+            hidden = vec3(1.0 - saturate((end - d) / (end - start)));
+        }
+        case #{FOG_EXPONENTIAL}u: { hidden = 1.0 - exp(-d * fog.falloff); }
+        case #{FOG_EXPONENTIAL_SQUARED}u: { hidden = 1.0 - exp(-d * fog.falloff * d * fog.falloff); }
+        case #{FOG_ATMOSPHERIC}u: { hidden = 1.0 - exp(-d * fog.falloff); }
+        default: {}
+    }
+    return 1.0 - fog.opacity * hidden;
+}
+
 @fragment
 fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     let pixel = vec2<u32>(in.position.xy - view.viewport.xy);
@@ -67,9 +96,24 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
         return vec4(0.0, 0.0, 0.0, 1.0);
     }
     let light = upsample(pixel, surface);
-    let occlusion = surface.occlusion * composite.strength * view.exposure;
-    let diffuse = light.diffuse * diffuse_albedo(surface) * occlusion;
-    let specular = light.specular * specular_albedo(surface) * occlusion;
+    // Small gaps that the cache does not resolve, as Bevy's deferred lighting applies them.
+    var diffuse_occlusion = vec3(surface.occlusion);
+    var specular_occlusion = surface.occlusion;
+    if composite.ssao != 0u {
+        let ssao = textureLoad(ssao_texture, vec2<i32>(in.position.xy), 0).r;
+        let n_dot_v = max(dot(surface.normal, surface.to_eye), 1e-4);
+        let alpha = surface.roughness * surface.roughness;
+        diffuse_occlusion = min(diffuse_occlusion, ssao_multibounce(ssao, surface.base_color));
+        // Lagarde and de Rousiers 2014, "Moving Frostbite to PBR", section 4.10.2.
+        specular_occlusion = min(
+            specular_occlusion,
+            saturate(pow(n_dot_v + ssao, exp2(-16.0 * alpha - 1.0)) - 1.0 + ssao),
+        );
+    }
+    let clear = fog_transmittance(distance(surface.position, view.world_position));
+    let scale = composite.strength * view.exposure * clear;
+    let diffuse = light.diffuse * diffuse_albedo(surface) * diffuse_occlusion * scale;
+    let specular = light.specular * specular_albedo(surface) * specular_occlusion * scale;
     var color = diffuse + specular;
     switch composite.mode {
         case #{VIEW_DIFFUSE}u: { color = diffuse; }

@@ -18,7 +18,11 @@ use bevy::{
 };
 
 use crate::{
-    gpu::{caps::supported, compute::ComputePass, memory::GpuMemory},
+    gpu::{
+        caps::supported,
+        compute::{ComputePass, Recorder, groups},
+        statistics::{GiStatistics, Tracked},
+    },
     scene::{
         bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
         volume::ExtractedVolume,
@@ -74,14 +78,14 @@ pub(crate) struct ViewIndirect {
     pub frame: u32,
     epoch: u32,
     /// Diffuse and specular; volumes after the first read one pair and write the other.
-    targets: [[TextureView; 2]; 2],
+    targets: [[Tracked<TextureView>; 2]; 2],
     /// One pass a volume: its entity, and group 3.
     passes: Vec<(Entity, BindGroup)>,
 }
 
 impl ViewIndirect {
     /// Diffuse and specular, once gathered.
-    pub fn result(&self) -> &[TextureView; 2] {
+    pub fn result(&self) -> &[Tracked<TextureView>; 2] {
         &self.targets[self.passes.len().saturating_sub(1) % 2]
     }
 }
@@ -131,10 +135,10 @@ pub(crate) fn init_gather_layout(mut commands: Commands) {
 /// A texture at gather resolution that passes write and read.
 pub(crate) fn gather_texture(
     device: &RenderDevice,
-    memory: &mut GpuMemory,
-    name: &str,
+    statistics: &GiStatistics,
+    name: &'static str,
     size: UVec2,
-) -> TextureView {
+) -> Tracked<TextureView> {
     let texture = device.create_texture(&TextureDescriptor {
         label: Some(&format!("gi/{name}")),
         size: Extent3d {
@@ -149,8 +153,9 @@ pub(crate) fn gather_texture(
         usage: TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
         view_formats: &[],
     });
-    memory.texture(name, &texture);
-    texture.create_view(&TextureViewDescriptor::default())
+    statistics
+        .texture(name, texture)
+        .map(|texture| texture.create_view(&TextureViewDescriptor::default()))
 }
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
@@ -164,7 +169,7 @@ fn prepare_view_indirect(
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
-    mut memory: ResMut<GpuMemory>,
+    statistics: Res<GiStatistics>,
 ) {
     let Some(layout) = layout else { return };
     let mut sorted: Vec<_> = volumes.iter().collect();
@@ -207,10 +212,10 @@ fn prepare_view_indirect(
                 },
             ),
             _ => {
-                let mut texture = |name: &str| gather_texture(&device, &mut memory, name, size);
+                let texture = |name| gather_texture(&device, &statistics, name, size);
                 let targets = [
-                    ["apply/diffuse", "apply/specular"].map(&mut texture),
-                    ["apply/diffuse_blend", "apply/specular_blend"].map(&mut texture),
+                    ["apply/diffuse", "apply/specular"].map(texture),
+                    ["apply/diffuse_blend", "apply/specular_blend"].map(texture),
                 ];
                 (targets, 0)
             }
@@ -233,7 +238,9 @@ fn prepare_view_indirect(
                 let group = device.create_bind_group(
                     "gi/gather",
                     &cache.get_bind_group_layout(&layout.0),
-                    &BindGroupEntries::sequential((&uniform, &from[0], &from[1], &to[0], &to[1])),
+                    &BindGroupEntries::sequential((
+                        &uniform, &*from[0], &*from[1], &*to[0], &*to[1],
+                    )),
                 );
                 (*volume, group)
             })
@@ -272,6 +279,7 @@ impl<T: Technique> Plugin for GatherPlugin<T> {
                     .after(init_scene_layout)
                     .after(init_surface_layout),
             )
+            .add_observer(drop_cache::<T>)
             .add_systems(Core3d, gather::<T>.in_set(GiSystems::Gather));
     }
 }
@@ -303,6 +311,11 @@ fn init_gather_pipeline<T: Technique>(
     commands.insert_resource(GatherPipeline::<T>(pass, PhantomData));
 }
 
+/// A volume that is gone takes the technique's cache with it.
+fn drop_cache<T: Technique>(removed: On<Remove, ExtractedVolume>, mut commands: Commands) {
+    commands.entity(removed.entity).try_remove::<T::Cache>();
+}
+
 fn gather<T: Technique>(
     view: ViewQuery<(&ViewSurface, &ViewIndirect, &ViewUniformOffset)>,
     volumes: Query<(&T::Cache, &SceneBindGroup)>,
@@ -312,36 +325,27 @@ fn gather<T: Technique>(
 ) {
     let (surface, indirect, offset) = view.into_inner();
     let Some(pipeline) = pipeline else { return };
-    let Some(compiled) = cache.get_compute_pipeline(pipeline.0.pipeline) else {
-        return;
-    };
     if surface.technique != T::TECHNIQUE {
         return;
     }
+    let runs = indirect.passes.iter().filter_map(|(volume, group)| {
+        let (technique, scene) = volumes.get(*volume).ok()?;
+        let threads = indirect.size.extend(1);
+        Some((
+            groups(threads, UVec3::new(8, 8, 1)),
+            [
+                &surface.bind_group,
+                &scene.0,
+                technique.bind_group()?,
+                group,
+            ],
+        ))
+    });
     let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx
-        .command_encoder()
-        .begin_compute_pass(&ComputePassDescriptor {
-            label: Some(T::GATHER),
-            timestamp_writes: None,
-        });
-    let span =
-        bevy::render::diagnostic::RecordDiagnostics::pass_span(&diagnostics, &mut pass, T::GATHER);
-    pass.set_pipeline(compiled);
-    let groups = UVec3::new(indirect.size.x.div_ceil(8), indirect.size.y.div_ceil(8), 1);
-    for (volume, group) in &indirect.passes {
-        let Ok((cache, scene)) = volumes.get(*volume) else {
-            continue;
-        };
-        let Some(cache) = cache.bind_group() else {
-            continue;
-        };
-        pass.set_bind_group(0, &*surface.bind_group, &[offset.offset]);
-        pass.set_bind_group(1, &*scene.0, &[]);
-        pass.set_bind_group(2, &**cache, &[]);
-        pass.set_bind_group(3, &**group, &[]);
-        pass.dispatch_workgroups(groups.x, groups.y, groups.z);
+    Recorder {
+        encoder: ctx.command_encoder(),
+        cache: &cache,
+        diagnostics: diagnostics.as_deref(),
     }
-    span.end(&mut pass);
+    .run_all(&pipeline.0, Some(offset.offset), runs);
 }

@@ -8,7 +8,6 @@ use bevy::{
     math::{UVec2, UVec3},
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
-        diagnostic::RecordDiagnostics,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
         view::ViewUniformOffset,
@@ -17,10 +16,15 @@ use bevy::{
 
 use super::gather::{ViewIndirect, gather_texture};
 use crate::{
-    gpu::{caps::supported, compute::ComputePass, memory::GpuMemory},
+    gpu::{
+        caps::supported,
+        compute::{ComputePass, Recorder, groups},
+        statistics::{GiStatistics, Tracked},
+    },
     schedule::GiSystems,
     settings::GiSettings,
     surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+    technique::Settling,
 };
 
 /// Uniform of the accumulation.
@@ -33,20 +37,23 @@ struct GpuTemporal {
     history_frames: u32,
 }
 
+/// Most frames that are blended while a cache changes: light that is switched shall be seen.
+const SETTLING_FRAMES: u32 = 8;
+
 /// What a camera remembers of past frames.
 #[derive(Component)]
 pub(crate) struct ViewHistory {
     size: UVec2,
     /// Of this frame and the last: diffuse, specular (history length in alpha), and the surface
     /// (octahedral normal, depth, 1).
-    frames: [[TextureView; 3]; 2],
+    frames: [[Tracked<TextureView>; 3]; 2],
     current: usize,
     bind_group: BindGroup,
 }
 
 impl ViewHistory {
     /// Accumulated diffuse and specular light, and the surfaces they belong to.
-    pub fn result(&self) -> &[TextureView; 3] {
+    pub fn result(&self) -> &[Tracked<TextureView>; 3] {
         &self.frames[self.current]
     }
 }
@@ -121,12 +128,13 @@ fn init_temporal_pipeline(
 pub(crate) fn prepare_history(
     mut commands: Commands,
     views: Query<(Entity, Option<&ViewIndirect>, Option<&ViewHistory>)>,
+    settling: Query<(), With<Settling>>,
     settings: Res<GiSettings>,
     pipeline: Option<Res<TemporalPipeline>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
-    mut memory: ResMut<GpuMemory>,
+    statistics: Res<GiStatistics>,
 ) {
     let Some(pipeline) = pipeline else { return };
     for (entity, indirect, history) in &views {
@@ -139,22 +147,25 @@ pub(crate) fn prepare_history(
         let (frames, current) = match history {
             Some(old) if old.size == indirect.size => (old.frames.clone(), 1 - old.current),
             _ => {
-                let mut texture =
-                    |name: &str| gather_texture(&device, &mut memory, name, indirect.size);
+                let texture = |name| gather_texture(&device, &statistics, name, indirect.size);
                 let names = [
                     "apply/history_diffuse",
                     "apply/history_specular",
                     "apply/history_surface",
                 ];
-                ([names.map(&mut texture), names.map(&mut texture)], 0)
+                ([names.map(texture), names.map(texture)], 0)
             }
         };
-        let fresh = indirect.frame == 0;
+        let history_frames = match (indirect.frame, settling.is_empty()) {
+            (0, _) => 1,
+            (_, true) => settings.history_frames,
+            (_, false) => settings.history_frames.min(SETTLING_FRAMES),
+        };
         let mut uniform = UniformBuffer::from(GpuTemporal {
             size: indirect.size,
             full_size: indirect.full_size,
             divisor: indirect.divisor,
-            history_frames: if fresh { 1 } else { settings.history_frames },
+            history_frames,
         });
         uniform.write_buffer(&device, &queue);
         let [to, from] = [&frames[current], &frames[1 - current]];
@@ -163,7 +174,15 @@ pub(crate) fn prepare_history(
             "gi/apply/temporal",
             &cache.get_bind_group_layout(&pipeline.layout),
             &BindGroupEntries::sequential((
-                &uniform, diffuse, specular, &from[0], &from[1], &from[2], &to[0], &to[1], &to[2],
+                &uniform,
+                &**diffuse,
+                &**specular,
+                &*from[0],
+                &*from[1],
+                &*from[2],
+                &*to[0],
+                &*to[1],
+                &*to[2],
             )),
         );
         commands.entity(entity).insert(ViewHistory {
@@ -175,7 +194,7 @@ pub(crate) fn prepare_history(
     }
 }
 
-fn accumulate(
+pub(crate) fn accumulate(
     view: ViewQuery<(&ViewSurface, &ViewHistory, &ViewUniformOffset)>,
     pipeline: Option<Res<TemporalPipeline>>,
     cache: Res<PipelineCache>,
@@ -183,22 +202,19 @@ fn accumulate(
 ) {
     let (surface, history, offset) = view.into_inner();
     let Some(pipeline) = pipeline else { return };
-    let Some(compiled) = cache.get_compute_pipeline(pipeline.pass.pipeline) else {
-        return;
-    };
     let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx
-        .command_encoder()
-        .begin_compute_pass(&ComputePassDescriptor {
-            label: Some(pipeline.pass.name),
-            timestamp_writes: None,
-        });
-    let span = diagnostics.pass_span(&mut pass, pipeline.pass.name);
-    pass.set_pipeline(compiled);
-    pass.set_bind_group(0, &*surface.bind_group, &[offset.offset]);
-    pass.set_bind_group(1, &*history.bind_group, &[]);
-    let groups = UVec3::new(history.size.x.div_ceil(8), history.size.y.div_ceil(8), 1);
-    pass.dispatch_workgroups(groups.x, groups.y, groups.z);
-    span.end(&mut pass);
+    let threads = history.size.extend(1);
+    Recorder {
+        encoder: ctx.command_encoder(),
+        cache: &cache,
+        diagnostics: diagnostics.as_deref(),
+    }
+    .run_all(
+        &pipeline.pass,
+        Some(offset.offset),
+        [(
+            groups(threads, UVec3::new(8, 8, 1)),
+            [&surface.bind_group, &history.bind_group],
+        )],
+    );
 }

@@ -67,14 +67,16 @@ pub(crate) struct Recorder<'a> {
 impl Recorder<'_> {
     /// Runs a pass; does nothing while its pipeline is not compiled.
     pub fn run(&mut self, pass: &ComputePass, groups: Groups, bind_groups: &[&BindGroup]) {
-        self.run_many(pass, std::iter::once((groups, bind_groups)));
+        self.run_all(pass, None, [(groups, bind_groups)]);
     }
 
-    /// Runs a pass several times, timed as one.
-    pub fn run_many<'b>(
+    /// Runs a pass several times, timed as one. `offset` is the dynamic offset of group 0, where it
+    /// has one: the camera's, in passes per camera.
+    pub fn run_all<'b, B: AsRef<[&'b BindGroup]>>(
         &mut self,
         pass: &ComputePass,
-        runs: impl Iterator<Item = (Groups<'b>, &'b [&'b BindGroup])>,
+        offset: Option<u32>,
+        runs: impl IntoIterator<Item = (Groups<'b>, B)>,
     ) {
         let Some(pipeline) = self.cache.get_compute_pipeline(pass.pipeline) else {
             return;
@@ -86,8 +88,9 @@ impl Recorder<'_> {
         let span = self.diagnostics.pass_span(&mut compute, pass.name);
         compute.set_pipeline(pipeline);
         for (groups, bind_groups) in runs {
-            for (i, group) in bind_groups.iter().enumerate() {
-                compute.set_bind_group(i as u32, Some(&***group), &[]);
+            for (i, group) in bind_groups.as_ref().iter().enumerate() {
+                let offset = if i == 0 { offset.as_slice() } else { &[] };
+                compute.set_bind_group(i as u32, Some(&***group), offset);
             }
             match groups {
                 Groups::Direct(n) => compute.dispatch_workgroups(n.x, n.y, n.z),

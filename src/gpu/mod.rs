@@ -2,7 +2,8 @@
 
 pub(crate) mod caps;
 pub(crate) mod compute;
-pub(crate) mod memory;
+pub(crate) mod readback;
+pub(crate) mod statistics;
 
 use bevy::{
     app::{App, Plugin},
@@ -16,6 +17,6 @@ impl Plugin for GpuPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "pack.wgsl");
         load_shader_library!(app, "random.wgsl");
-        app.add_plugins(memory::MemoryPlugin);
+        app.add_plugins(statistics::StatisticsPlugin);
     }
 }

@@ -6,9 +6,10 @@ fn gradient_noise(pixel: vec2<f32>) -> f32 {
     return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
 }
 
-// The R1 sequence (Roberts 2018) in time on top of a start value, 0..1.
-fn advance(start: f32, frame: u32) -> f32 {
-    return fract(start + f32(frame % 1024u) * 0.61803398875);
+// The R2 sequence (Roberts 2018) in time on top of a start value, 0..1 each: any stretch of frames
+// covers the square evenly.
+fn advance(start: vec2<f32>, frame: u32) -> vec2<f32> {
+    return fract(start + f32(frame % 1024u) * vec2(0.7548776662, 0.5698402910));
 }
 
 // A hash of an integer point, 0..1.

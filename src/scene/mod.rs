@@ -6,6 +6,7 @@
 
 pub mod bind_group;
 pub mod lights;
+pub mod material;
 pub mod shadows;
 pub mod visibility;
 pub mod volume;
@@ -14,7 +15,10 @@ pub mod voxels;
 pub(crate) mod capture;
 pub(crate) mod sky;
 
-use bevy::app::{App, Plugin};
+use bevy::{
+    app::{App, Plugin},
+    pbr::StandardMaterial,
+};
 
 /// Everything in [`scene`](self).
 pub(crate) struct ScenePlugin;
@@ -26,6 +30,7 @@ impl Plugin for ScenePlugin {
             visibility::VisibilityPlugin,
             lights::LightsPlugin,
             sky::SkyPlugin,
+            material::GiMaterialPlugin::<StandardMaterial>::default(),
             capture::CapturePlugin,
             shadows::ShadowsPlugin,
             voxels::VoxelsPlugin,

@@ -4,9 +4,11 @@
 //! light whether seen or not, so they are marked visible here; cameras draw nothing more, since
 //! each keeps its own list.
 
+use std::{any::TypeId, collections::HashMap};
+
 use bevy::{
     app::{App, Plugin, PostUpdate},
-    asset::{AssetEvent, Assets},
+    asset::AssetEvent,
     camera::{
         primitives::Aabb,
         visibility::{InheritedVisibility, SetViewVisibility, ViewVisibility, VisibilitySystems},
@@ -14,8 +16,11 @@ use bevy::{
     ecs::prelude::*,
     light::NotShadowCaster,
     math::{Vec3, Vec3A, bounding::Aabb3d},
-    mesh::{Mesh, Mesh3d, morph::MeshMorphWeights, skinning::SkinnedMesh},
-    pbr::{MeshMaterial3d, StandardMaterial},
+    mesh::{
+        Mesh, Mesh3d,
+        morph::{MeshMorphWeights, MorphWeights},
+        skinning::SkinnedMesh,
+    },
     reflect::prelude::*,
     transform::components::GlobalTransform,
 };
@@ -48,9 +53,24 @@ pub struct SceneCasters {
     pub casters: Vec<Caster>,
     /// Grows whenever a caster appears, vanishes, moves, deforms or changes its material.
     pub version: u64,
-    /// Largest component of any caster's emission, as [`StandardMaterial::emissive`] has it. Scales
+    /// Largest component of any emission, by type of material.
+    max_emissive: HashMap<TypeId, f32>,
+    /// Whether a material has changed since the casters were last collected.
+    materials_changed: bool,
+}
+
+impl SceneCasters {
+    /// Largest component of any caster's emission, as `StandardMaterial::emissive` has it. Scales
     /// the voxelizer's fixed point numbers.
-    pub max_emissive: f32,
+    pub fn max_emissive(&self) -> f32 {
+        self.max_emissive.values().copied().fold(0.0, f32::max)
+    }
+
+    /// What is new of a type of material.
+    pub(crate) fn note_material(&mut self, material: TypeId, max_emissive: f32, changed: bool) {
+        self.max_emissive.insert(material, max_emissive);
+        self.materials_changed |= changed;
+    }
 }
 
 pub(crate) struct VisibilityPlugin;
@@ -77,16 +97,13 @@ type CasterData = (
     Has<NotShadowCaster>,
     Option<Ref<'static, MeshMorphWeights>>,
     Option<&'static SkinnedMesh>,
-    Option<Ref<'static, MeshMaterial3d<StandardMaterial>>>,
 );
 
-#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
-fn collect_casters(
+pub(crate) fn collect_casters(
     volumes: Query<&VolumeGrid, With<GiVolume>>,
     mut meshes: Query<CasterData, Without<NotGiCaster>>,
     joints: Query<Ref<GlobalTransform>>,
-    materials: Option<Res<Assets<StandardMaterial>>>,
-    mut material_events: MessageReader<AssetEvent<StandardMaterial>>,
+    weights: Query<Ref<MorphWeights>>,
     mut mesh_events: MessageReader<AssetEvent<Mesh>>,
     mut scene: ResMut<SceneCasters>,
     mut last: Local<Vec<Caster>>,
@@ -100,15 +117,12 @@ fn collect_casters(
         .collect();
 
     // Assets may arrive or change without any component changing.
-    let mut changed = !material_events.is_empty() || !mesh_events.is_empty();
-    material_events.clear();
+    let mut changed = !mesh_events.is_empty() | std::mem::take(&mut scene.materials_changed);
     mesh_events.clear();
 
     std::mem::swap(&mut *last, &mut scene.casters);
     scene.casters.clear();
-    let mut max_emissive = 0.0f32;
-    for (entity, inherited, mut view, transform, aabb, mesh, no_shadow, morph, skin, material) in
-        &mut meshes
+    for (entity, inherited, mut view, transform, aabb, mesh, no_shadow, morph, skin) in &mut meshes
     {
         if !inherited.get() || bounds.is_empty() {
             continue;
@@ -123,24 +137,18 @@ fn collect_casters(
         changed |= transform.is_changed()
             || aabb.is_changed()
             || mesh.is_changed()
-            || morph.is_some_and(|m| m.is_changed())
-            || material.as_ref().is_some_and(|m| m.is_changed())
+            || morph.is_some_and(|morph| {
+                // glTF files have one set of weights for all meshes of a node.
+                let shared = match &*morph {
+                    MeshMorphWeights::Reference(entity) => weights.get(*entity).ok(),
+                    MeshMorphWeights::Value { .. } => None,
+                };
+                morph.is_changed() || shared.is_some_and(|weights| weights.is_changed())
+            })
             || skin.is_some_and(|skin| {
                 let moved = |joint| joints.get(joint).is_ok_and(|t| t.is_changed());
                 skin.joints.iter().copied().any(moved)
             });
-        if let (Some(materials), Some(handle)) = (&materials, &material)
-            && let Some(material) = materials.get(&handle.0)
-        {
-            let e = material.emissive;
-            // An unlit material shows its base colour, at most 1, as emission.
-            let e = e
-                .red
-                .max(e.green)
-                .max(e.blue)
-                .max(f32::from(material.unlit));
-            max_emissive = max_emissive.max(e);
-        }
         scene.casters.push(Caster {
             entity,
             bounds: world,
@@ -148,7 +156,6 @@ fn collect_casters(
         });
     }
     scene.casters.sort_unstable_by_key(|c| c.entity);
-    scene.max_emissive = max_emissive;
     if changed || *last != scene.casters {
         scene.version += 1;
     }

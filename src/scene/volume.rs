@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     camera::GiCamera,
-    settings::{Clamp, Clamped},
+    settings::{Clamp, Clamped, FieldRange, GiQuality},
 };
 
 /// A box in which global illumination is computed.
@@ -33,7 +33,7 @@ use crate::{
 /// Take the box of what shall be lit, walls included, and a little more, so that no wall lies on
 /// the border. A voxel (`longest side / resolution`) of a tenth of the smallest room's height is
 /// enough for diffuse light, a thirtieth for reflections. Memory grows with the surface (bricks)
-/// plus the cube of `resolution / 2` (48 bytes each).
+/// plus the cube of `resolution / 2` (55 bytes each).
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Transform)]
@@ -73,6 +73,21 @@ impl GiVolume {
     /// The same volume with `resolution` voxels along its longest side.
     pub const fn with_resolution(self, resolution: u32) -> Self {
         Self { resolution, ..self }
+    }
+
+    /// The same volume at the resolution of a preset: 64, 128, 192 or 256 voxels.
+    pub const fn with_quality(self, quality: GiQuality) -> Self {
+        self.with_resolution(match quality {
+            GiQuality::Low => 64,
+            GiQuality::Medium => 128,
+            GiQuality::High => 192,
+            GiQuality::Ultra => 256,
+        })
+    }
+
+    /// Ranges of the numeric fields.
+    pub fn ranges() -> Vec<FieldRange> {
+        Clamp::ranges::<Self>()
     }
 
     /// The same volume, moving with the camera.
@@ -206,7 +221,6 @@ impl SyncComponent for GiVolume {
         ExtractedVolume,
         super::voxels::SceneVoxels,
         super::bind_group::SceneBindGroup,
-        crate::technique::vct::VctCache,
     );
 }
 

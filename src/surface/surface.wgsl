@@ -68,6 +68,16 @@ fn load_surface(pixel: vec2<u32>) -> Surface {
     return s;
 }
 
+// The point at distance `depth` along the view axis that `pixel` shows.
+fn position_at(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
+    let uv = (vec2<f32>(pixel) + 0.5) / view.viewport.zw;
+    let near = view.view_from_clip * vec4(uv * vec2(2.0, -2.0) + vec2(-1.0, 1.0), 1.0, 1.0);
+    let on_near = near.xyz / near.w;
+    let orthographic = view.clip_from_view[3].w == 1.0;
+    let scale = select(depth / -on_near.z, 1.0, orthographic);
+    return (view.world_from_view * vec4(on_near.xy * scale, -depth, 1.0)).xyz;
+}
+
 // Where the surface in `pixel` was in the last frame, as uv in the viewport.
 fn previous_uv(pixel: vec2<u32>) -> vec2<f32> {
     let texel = vec2<i32>(vec2<f32>(pixel) + view.viewport.xy);

@@ -2,8 +2,9 @@
 //!
 //! A technique is a folder of this module. It turns the [scene's capture](crate::scene) into one
 //! cache per volume, in the set [`GiSystems::UpdateCaches`](crate::GiSystems::UpdateCaches), and
-//! offers one compute shader that looks the cache up per pixel: its *gather*. Everything after
-//! that (`apply`) is the same for all. Techniques know nothing of each other.
+//! offers two compute shaders that look the cache up: per pixel, its *gather*, and per probe of a
+//! coarse grid, its *export* for what is drawn forward. Everything after that (`apply`) is the same
+//! for all. Techniques know nothing of each other.
 //!
 //! # The gather shader
 //!
@@ -12,6 +13,12 @@
 //! technique's cache, 3 input and output (`bevy_gi::apply::gather`, which also offers
 //! `volume_weight` and `store`). It writes radiances in nits: `E / pi` for diffuse light, and the
 //! radiance along the mirror direction, averaged over the lobe, for specular light.
+//!
+//! # The export shader
+//!
+//! Workgroups of 4x4x4, one thread per side of a probe's ambient cube. Bind groups: 0 the probes
+//! (`bevy_gi::apply::export`, which offers `exported_side` and `store`), 1 the scene, 2 the cache. It
+//! writes `E / pi` in nits.
 
 pub mod vct;
 
@@ -32,6 +39,10 @@ pub(crate) trait Technique: Send + Sync + 'static {
     const GATHER: &'static str;
     /// Entry point of the gather shader.
     const GATHER_ENTRY: &'static str;
+    /// Name of the export pass.
+    const EXPORT: &'static str;
+    /// Entry point of the export shader.
+    const EXPORT_ENTRY: &'static str;
     /// Its cache, on the volume's entity in the render world.
     type Cache: Component + TechniqueCache;
 
@@ -39,7 +50,14 @@ pub(crate) trait Technique: Send + Sync + 'static {
     fn cache_layout() -> BindGroupLayoutDescriptor;
     /// The gather shader and its definitions.
     fn gather_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>);
+    /// The export shader and its definitions.
+    fn export_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>);
 }
+
+/// On a volume's entity in the render world while its cache still changes: what cameras remember of
+/// past frames is then worth less.
+#[derive(Component, Clone, Copy, Debug, Default)]
+pub(crate) struct Settling;
 
 /// What the gather needs of a technique's cache.
 pub(crate) trait TechniqueCache {

@@ -9,7 +9,7 @@ use crate::{
         headless::{Headless, Picture},
         scenes::cornell,
     },
-    support::{app, assert_sane, camera, luminance, settle, spawn_cornell},
+    support::{app, assert_sane, camera, luminance, settle, show, spawn_cornell},
 };
 
 const SIZE: UVec2 = UVec2::new(320, 184);
@@ -20,14 +20,6 @@ fn cornell_box() -> (Headless, Handle<Image>) {
     let view = cornell::view();
     let (_, target) = camera(&mut headless, SIZE, view.eye, view.look, view.fov);
     (headless, target)
-}
-
-fn show(headless: &mut Headless, view: GiView) {
-    headless
-        .app
-        .world_mut()
-        .resource_mut::<GiDebugSettings>()
-        .view = view;
 }
 
 /// Means of 8x8 pixels.

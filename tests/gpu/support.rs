@@ -1,13 +1,28 @@
 //! A scene in a few lines, and figures of its picture.
 
+use std::sync::{Arc, Mutex};
+
 use bevy::{
     camera::Exposure,
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     ecs::system::RunSystemOnce,
     prelude::*,
-    render::render_resource::TextureFormat,
+    render::{
+        Render, RenderApp, RenderSystems,
+        render_resource::{
+            Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor, MapMode, PollType,
+            TextureFormat,
+        },
+        renderer::{RenderDevice, RenderQueue},
+    },
 };
-use bevy_gi::prelude::*;
+use bevy_gi::{
+    prelude::*,
+    scene::{
+        volume::Grid,
+        voxels::{SceneVoxels, WORDS},
+    },
+};
 
 use crate::common::{
     headless::{Headless, Picture, image_target},
@@ -122,6 +137,15 @@ pub fn settle(headless: &mut Headless, frames: u32) {
     headless.steps(frames);
 }
 
+/// Shows a view from the next frame on.
+pub fn show(headless: &mut Headless, view: GiView) {
+    headless
+        .app
+        .world_mut()
+        .resource_mut::<GiDebugSettings>()
+        .view = view;
+}
+
 pub fn luminance(p: &[f32; 4]) -> f32 {
     0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]
 }
@@ -151,4 +175,99 @@ pub fn spawn_cornell(headless: &mut Headless) {
             },
         )
         .expect("the app has meshes and materials");
+}
+
+/// The voxels of a volume.
+pub struct Voxels {
+    pub grid: Grid,
+    /// The first two words of each voxel's record, 0 where its brick is empty; x fastest.
+    pub records: Vec<[u32; 2]>,
+}
+
+impl Voxels {
+    fn record(&self, v: IVec3) -> [u32; 2] {
+        let d = self.grid.dims;
+        self.records[((v.z as u32 * d.y + v.y as u32) * d.x + v.x as u32) as usize]
+    }
+
+    /// Whether a voxel holds a surface.
+    pub fn at(&self, v: IVec3) -> bool {
+        (self.record(v)[1] >> 24) & 1 != 0
+    }
+
+    /// The voxel around a point of the world.
+    pub fn voxel(&self, p: Vec3) -> IVec3 {
+        ((p - self.grid.origin) / self.grid.voxel)
+            .floor()
+            .as_ivec3()
+    }
+
+    /// Linear albedo at a point of the world, if there is a surface.
+    pub fn albedo(&self, p: Vec3) -> Option<Vec3> {
+        let v = self.voxel(p);
+        let byte = |c: u32| (self.record(v)[0] >> (8 * c)) as u8 as f32 / 255.0;
+        self.at(v).then(|| Vec3::new(byte(0), byte(1), byte(2)))
+    }
+}
+
+/// Reads the voxels of the one volume back.
+pub fn read_voxels(headless: &mut Headless) -> Voxels {
+    type Found = Arc<Mutex<Option<(Grid, Vec<u32>, Vec<u32>)>>>;
+    #[derive(Resource, Clone, Default)]
+    struct Sink(Found);
+
+    fn read(
+        voxels: Query<&SceneVoxels>,
+        device: Res<RenderDevice>,
+        queue: Res<RenderQueue>,
+        sink: Res<Sink>,
+    ) {
+        let Some(voxels) = voxels.iter().next() else {
+            return;
+        };
+        let copy = |buffer: &Buffer| -> Vec<u32> {
+            let staging = device.create_buffer(&BufferDescriptor {
+                label: None,
+                size: buffer.size(),
+                usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            });
+            let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+            queue.submit([encoder.finish()]);
+            staging.slice(..).map_async(MapMode::Read, |_| {});
+            let _ = device.wgpu_device().poll(PollType::wait_indefinitely());
+            bytemuck::pod_collect_to_vec(&staging.slice(..).get_mapped_range())
+        };
+        *sink.0.lock().unwrap() =
+            Some((voxels.grid, copy(voxels.brick_map()), copy(voxels.pool())));
+    }
+
+    let render_app = headless.app.sub_app_mut(RenderApp);
+    if !render_app.world().contains_resource::<Sink>() {
+        render_app
+            .init_resource::<Sink>()
+            .add_systems(Render, read.in_set(RenderSystems::Cleanup));
+    }
+    let sink = render_app.world().resource::<Sink>().clone();
+    headless.steps(1);
+    let found = sink.0.lock().unwrap().take();
+    let (grid, map, pool) = found.expect("a volume is voxelized");
+    let d = grid.dims;
+    let n = d / 4;
+    let records = (0..d.element_product())
+        .map(|i| {
+            let v = UVec3::new(i % d.x, (i / d.x) % d.y, i / (d.x * d.y));
+            let (b, l) = (v / 4, v % 4);
+            match map[((b.z * n.y + b.y) * n.x + b.x) as usize] {
+                0 => [0; 2],
+                slot => {
+                    let local = (l.z * 4 + l.y) * 4 + l.x;
+                    let at = (((slot - 1) * 64 + local) * WORDS) as usize;
+                    [pool[at], pool[at + 1]]
+                }
+            }
+        })
+        .collect();
+    Voxels { grid, records }
 }

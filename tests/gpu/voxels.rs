@@ -1,97 +1,15 @@
 //! The voxelizer against the exact overlap of triangle and box, and against a flood.
 
-use std::sync::{Arc, Mutex};
-
-use bevy::{
-    prelude::*,
-    render::{
-        Render, RenderApp, RenderSystems,
-        render_resource::{
-            BufferDescriptor, BufferUsages, CommandEncoderDescriptor, MapMode, PollType,
-        },
-        renderer::{RenderDevice, RenderQueue},
-    },
-};
-use bevy_gi::{
-    prelude::*,
-    scene::{
-        volume::Grid,
-        voxels::{SceneVoxels, WORDS},
-    },
-};
+use bevy::prelude::*;
+use bevy_gi::{prelude::*, scene::volume::Grid};
 
 use crate::{
-    common::{headless::Headless, scenes::cornell::diffuse},
-    support::{app, camera, material, settle},
+    common::scenes::cornell::diffuse,
+    support::{Voxels, app, camera, material, read_voxels, settle},
 };
 
-/// Whether each voxel holds a surface, x fastest.
-struct Occupancy {
-    grid: Grid,
-    voxels: Vec<bool>,
-}
-
-impl Occupancy {
-    fn at(&self, v: IVec3) -> bool {
-        let d = self.grid.dims;
-        self.voxels[((v.z as u32 * d.y + v.y as u32) * d.x + v.x as u32) as usize]
-    }
-}
-
-type Found = Arc<Mutex<Option<(Grid, Vec<u32>, Vec<u32>)>>>;
-
-/// Reads the voxels of the one volume back.
-fn occupancy(headless: &mut Headless) -> Occupancy {
-    let found: Found = default();
-    let sink = found.clone();
-    let read = move |voxels: Query<&SceneVoxels>,
-                     device: Res<RenderDevice>,
-                     queue: Res<RenderQueue>| {
-        let Some(voxels) = voxels.iter().next() else {
-            return;
-        };
-        let copy = |buffer: &bevy::render::render_resource::Buffer| -> Vec<u32> {
-            let staging = device.create_buffer(&BufferDescriptor {
-                label: None,
-                size: buffer.size(),
-                usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-                mapped_at_creation: false,
-            });
-            let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
-            queue.submit([encoder.finish()]);
-            staging.slice(..).map_async(MapMode::Read, |_| {});
-            let _ = device.wgpu_device().poll(PollType::wait_indefinitely());
-            let bytes = staging.slice(..).get_mapped_range();
-            bytes
-                .chunks_exact(4)
-                .map(|w| u32::from_le_bytes(w.try_into().unwrap()))
-                .collect()
-        };
-        *sink.lock().unwrap() = Some((voxels.grid, copy(voxels.brick_map()), copy(voxels.pool())));
-    };
-    headless
-        .app
-        .sub_app_mut(RenderApp)
-        .add_systems(Render, read.in_set(RenderSystems::Cleanup));
-    headless.steps(1);
-    let (grid, map, pool) = found.lock().unwrap().take().expect("a volume is voxelized");
-    let d = grid.dims;
-    let n = d / 4;
-    let voxels = (0..d.element_product())
-        .map(|i| {
-            let v = UVec3::new(i % d.x, (i / d.x) % d.y, i / (d.x * d.y));
-            let (b, l) = (v / 4, v % 4);
-            let slot = map[((b.z * n.y + b.y) * n.x + b.x) as usize];
-            let record = (slot.wrapping_sub(1) * 64 + (l.z * 4 + l.y) * 4 + l.x) * WORDS;
-            slot != 0 && (pool[record as usize + 1] >> 24) & 1 != 0
-        })
-        .collect();
-    Occupancy { grid, voxels }
-}
-
 /// Voxelizes a mesh in a volume of 64 voxels over 6.4 m; and its triangles in voxels.
-fn voxelize(mesh: Mesh, transform: Transform) -> (Occupancy, Vec<[Vec3; 3]>) {
+fn voxelize(mesh: Mesh, transform: Transform) -> (Voxels, Vec<[Vec3; 3]>) {
     let mut headless = app();
     let white = material(&mut headless, diffuse([0.5; 3]));
     let triangles: Vec<[Vec3; 3]> = mesh.triangles().unwrap().map(|t| t.vertices).collect();
@@ -107,11 +25,11 @@ fn voxelize(mesh: Mesh, transform: Transform) -> (Occupancy, Vec<[Vec3; 3]>) {
         45.0,
     );
     settle(&mut headless, 3);
-    let occupancy = occupancy(&mut headless);
-    let grid = occupancy.grid;
+    let voxels = read_voxels(&mut headless);
+    let grid = voxels.grid;
     let in_voxels = |p: Vec3| (transform.transform_point(p) - grid.origin) / grid.voxel;
     let triangles = triangles.iter().map(|t| t.map(in_voxels)).collect();
-    (occupancy, triangles)
+    (voxels, triangles)
 }
 
 /// Separating axis test of a triangle and the unit voxel at `v`, grown by `margin` (Akenine-Moeller
@@ -135,16 +53,16 @@ fn overlaps(triangle: &[Vec3; 3], v: IVec3, margin: f32) -> bool {
         .any(|e| axes.iter().any(|a| separated(e.cross(*a))))
 }
 
-fn voxels(grid: &Grid) -> impl Iterator<Item = IVec3> {
+fn coordinates(grid: &Grid) -> impl Iterator<Item = IVec3> {
     let d = grid.dims.as_ivec3();
     (0..d.z)
         .flat_map(move |z| (0..d.y).flat_map(move |y| (0..d.x).map(move |x| IVec3::new(x, y, z))))
 }
 
 /// Whether a flood from a corner reaches `inside`, from voxel to face-adjacent empty voxel.
-fn flood_reaches(o: &Occupancy, inside: IVec3) -> bool {
+fn flood_reaches(o: &Voxels, inside: IVec3) -> bool {
     let d = o.grid.dims.as_ivec3();
-    let mut seen = vec![false; o.voxels.len()];
+    let mut seen = vec![false; o.records.len()];
     let index = |v: IVec3| ((v.z * d.y + v.y) * d.x + v.x) as usize;
     let mut stack = vec![IVec3::ZERO];
     while let Some(v) = stack.pop() {
@@ -180,7 +98,7 @@ fn closed_surfaces_have_no_holes_and_nothing_stray() {
         assert!(!flood_reaches(&o, inside), "{name}: a flood finds a hole");
 
         let (mut set, mut stray, mut exact, mut missed) = (0, 0, 0, 0);
-        for v in voxels(&o.grid) {
+        for v in coordinates(&o.grid) {
             let touches = |margin: f32| triangles.iter().any(|t| overlaps(t, v, margin));
             if o.at(v) {
                 set += 1;

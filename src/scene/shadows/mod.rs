@@ -47,7 +47,11 @@ use super::{
     visibility::{SceneCasters, corners, grid_bounds, overlaps},
     volume::VolumeGrid,
 };
-use crate::{gpu::memory::GpuMemory, schedule::GiSystems, settings::GiSettings};
+use crate::{
+    gpu::statistics::{GiStatistics, Tracked},
+    schedule::GiSystems,
+    settings::GiSettings,
+};
 
 /// Nearer to a point, rect or spot light than this, nothing casts a shadow. Metres.
 const NEAR: f32 = 0.02;
@@ -109,7 +113,7 @@ pub struct SceneShadows {
     casters_version: u64,
     size: u32,
     layers: Vec<TextureView>,
-    texture: Option<Texture>,
+    texture: Option<Tracked<Texture>>,
     /// All layers.
     pub view: Option<TextureView>,
     /// Compares depths, reverse-Z, bilinear.
@@ -306,7 +310,7 @@ fn prepare_shadows(
     mut shadows: ResMut<SceneShadows>,
     views: Res<CaptureViews<ShadowCapture>>,
     mut queue: ResMut<CaptureQueue>,
-    mut memory: ResMut<GpuMemory>,
+    statistics: Res<GiStatistics>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     render_queue: Res<RenderQueue>,
@@ -342,7 +346,7 @@ fn prepare_shadows(
             usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
         });
-        memory.texture("scene/shadow_maps", &texture);
+        let texture = statistics.texture("scene/shadow_maps", texture);
         shadows.view = Some(texture.create_view(&TextureViewDescriptor {
             dimension: Some(TextureViewDimension::D2Array),
             ..Default::default()

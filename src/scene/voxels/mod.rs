@@ -9,6 +9,8 @@
 //!
 //! Storage is sparse: the volume is divided into *bricks* of 4x4x4 voxels. A first draw marks the
 //! bricks that hold a surface, a compute pass gives each a slot in the *pool*, a second draw sums.
+//! The pool starts small; a few words come back from the GPU some frames later, and where slots
+//! were missing, it grows to what is needed and an eighth more.
 //!
 //! # Holes
 //!
@@ -58,7 +60,9 @@ pub(crate) struct VoxelsPlugin;
 impl Plugin for VoxelsPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "types.wgsl");
+        load_shader_library!(app, "splat.wgsl");
         embedded_asset!(app, "voxelize.wgsl");
+        embedded_asset!(app, "voxelize_unknown.wgsl");
         embedded_asset!(app, "allocate.wgsl");
         embedded_asset!(app, "resolve.wgsl");
         app.add_plugins(CaptureKindPlugin::<node::VoxelCapture, node::DrawVoxelize>::default());
@@ -75,6 +79,7 @@ impl Plugin for VoxelsPlugin {
                     .in_set(RenderSystems::PrepareResources)
                     .run_if(supported),
             )
+            .add_systems(Render, prepare::read_counts.in_set(RenderSystems::Cleanup))
             .add_systems(
                 RenderGraph,
                 node::voxelize

@@ -13,7 +13,7 @@ use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{
         DrawMesh, MeshPipelineKey, PrepassPipeline, PrepassPipelineSpecializer,
-        SetMaterialBindGroup, SetMeshBindGroup, SetPrepassViewBindGroup, StandardMaterial,
+        SetMaterialBindGroup, SetMeshBindGroup, SetPrepassViewBindGroup,
     },
     render::{
         diagnostic::RecordDiagnostics,
@@ -31,7 +31,10 @@ use super::{
 };
 use crate::{
     gpu::compute::{ComputePass, Groups, Recorder},
-    scene::capture::{CaptureKind, CapturePhase, CapturePhases, CapturePipeline},
+    scene::{
+        capture::{CaptureKind, CapturePhase, CapturePhases, CapturePipeline},
+        material::MaterialShaders,
+    },
 };
 
 /// Surfaces into voxels: Bevy's prepass with a fragment shader of our own.
@@ -43,6 +46,7 @@ impl CaptureKind for VoxelCapture {
         SRes<VoxelPipelines>,
         SResMut<SpecializedMeshPipelines<VoxelSpecializer>>,
         SRes<DrawFunctions<CapturePhase<Self>>>,
+        SRes<MaterialShaders>,
     );
     // The deferred prepass hands normals, uvs and colours to its fragment shader.
     const KEY: MeshPipelineKey = MeshPipelineKey::DEFERRED_PREPASS
@@ -50,25 +54,29 @@ impl CaptureKind for VoxelCapture {
         .union(MeshPipelineKey::VIEW_PROJECTION_ORTHOGRAPHIC);
 
     fn specialize(
-        (prepass, voxels, pipelines, draws): &mut SystemParamItem<Self::Param>,
+        (prepass, voxels, pipelines, draws, materials): &mut SystemParamItem<Self::Param>,
         cache: &PipelineCache,
         key: ErasedMaterialPipelineKey,
         _: MeshPipelineKey,
         material: &Arc<MaterialProperties>,
         layout: &MeshVertexBufferLayoutRef,
     ) -> Option<CapturePipeline> {
-        // The fragment shader reads StandardMaterial's bindings.
-        if key.type_id != std::any::TypeId::of::<StandardMaterial>() {
-            bevy::log::warn_once!(
-                "a material that is no StandardMaterial neither blocks nor bounces indirect light"
-            );
-            return None;
-        }
+        let shader = match materials.0.get(&key.type_id) {
+            Some(Some(own)) => own,
+            Some(None) => &voxels.shader,
+            None => {
+                bevy::log::warn_once!(
+                    "a material bounces light as plain grey; GiMaterialPlugin lets it bounce as it \
+                     looks"
+                );
+                &voxels.unknown_shader
+            }
+        };
         let specializer = VoxelSpecializer {
             prepass: (**prepass).clone(),
             material: material.clone(),
             layout: voxels.draw_layout.clone(),
-            shader: voxels.shader.clone(),
+            shader: shader.clone(),
         };
         Some(CapturePipeline {
             pipeline: pipelines
@@ -135,6 +143,7 @@ pub(crate) struct VoxelPipelines {
     pub allocate_layout: BindGroupLayoutDescriptor,
     pub resolve_layout: BindGroupLayoutDescriptor,
     shader: Handle<Shader>,
+    unknown_shader: Handle<Shader>,
     allocate: ComputePass,
     brick_arguments: ComputePass,
     resolve: ComputePass,
@@ -245,6 +254,7 @@ pub(crate) fn init_voxel_pipelines(
         allocate_layout,
         resolve_layout,
         shader: load_embedded_asset!(server.as_ref(), "voxelize.wgsl"),
+        unknown_shader: load_embedded_asset!(server.as_ref(), "voxelize_unknown.wgsl"),
     });
 }
 
@@ -334,5 +344,6 @@ pub(crate) fn voxelize(
             &[&job.allocate],
         );
         record.run(&pipelines.list, per_brick(), &[&job.resolve]);
+        voxels.readback.copy(record.encoder, &voxels.counters);
     }
 }

@@ -3,6 +3,7 @@
 use bevy::{
     camera::{Camera, Exposure},
     ecs::prelude::*,
+    log::warn_once,
     math::{Mat4, UVec2, Vec3, Vec4},
     render::{
         Extract,
@@ -19,7 +20,10 @@ use super::{
 };
 use crate::{
     camera::GiCamera,
-    gpu::memory::GpuMemory,
+    gpu::{
+        readback::Readback,
+        statistics::{GiStatistics, Tracked},
+    },
     scene::{
         capture::{CapturePhases, CaptureQueue, CaptureViews, WantedView, sync_views},
         visibility::{SceneCasters, grid_bounds, overlaps},
@@ -47,26 +51,32 @@ pub struct SceneVoxels {
     pub grid: Grid,
     /// `u32` per brick of the grid: 0, or slot in the pool + 1. This frame's and the one captured
     /// before it.
-    pub(crate) brick_maps: [Buffer; 2],
+    pub(crate) brick_maps: [Tracked<Buffer>; 2],
     /// Which of the two brick maps is current.
     pub(crate) current: usize,
     /// The grid of the other brick map.
     pub(crate) previous_grid: Grid,
     /// The records of the voxels.
-    pub(crate) pool: Buffer,
+    pub(crate) pool: Tracked<Buffer>,
     /// Index of the brick in each slot.
-    pub(crate) brick_list: Buffer,
+    pub(crate) brick_list: Tracked<Buffer>,
     /// `slot * 64 + index in the brick` of each voxel with a surface, by slice.
-    pub(crate) voxel_list: Buffer,
+    pub(crate) voxel_list: Tracked<Buffer>,
     /// See [`counter`].
-    pub(crate) counters: Buffer,
+    pub(crate) counters: Tracked<Buffer>,
     /// See [`argument`].
-    pub(crate) arguments: Buffer,
+    pub(crate) arguments: Tracked<Buffer>,
     /// Slots in the pool.
     pub(crate) capacity: u32,
     /// Grows with every capture.
     pub version: u64,
     captured: Option<(Content, Grid)>,
+    /// [`counter`] as it was some frames ago.
+    pub(crate) readback: Readback,
+    /// Voxels with a surface, as of the last read-back.
+    occupied: u32,
+    /// Slots that the pool lacked, as of the last read-back.
+    missing: u32,
     /// Set in the frame in which the volume is captured.
     pub(crate) job: Option<VoxelJob>,
 }
@@ -158,7 +168,7 @@ pub(crate) fn extract_voxel_views(
         EmissiveUnits::AsSeen => (1.0 / exposure, 1.0, 1.0 / exposure),
         EmissiveUnits::Nits => (1.0, 1.0, 0.0),
     };
-    let brightest = (casters.max_emissive * weight_0.max(weight_1)).clamp(1e-6, 1e9);
+    let brightest = (casters.max_emissive() * weight_0.max(weight_1)).clamp(1e-6, 1e9);
     commands.insert_resource(ExtractedContent(Content {
         casters: casters.version,
         emission: Vec4::new(weight_0, weight_1, unlit, 65535.0 / brightest),
@@ -176,20 +186,35 @@ pub(crate) fn prepare_voxels(
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     render_queue: Res<RenderQueue>,
-    mut memory: ResMut<GpuMemory>,
+    statistics: Res<GiStatistics>,
 ) {
     let ready = pipelines.ready(&cache);
     let complete = views.ready(&cache) && !views.changed;
     for (entity, volume, voxels) in &mut volumes {
         let Some(mut voxels) = voxels else {
             if ready {
-                let new = SceneVoxels::new(volume.grid, &device, &mut memory);
+                let new = SceneVoxels::new(volume.grid, None, &device, &statistics);
                 commands.entity(entity).insert(new);
             }
             continue;
         };
         if voxels.grid.dims != volume.grid.dims {
-            *voxels = SceneVoxels::new(volume.grid, &device, &mut memory);
+            voxels.replace(SceneVoxels::new(volume.grid, None, &device, &statistics));
+        }
+        if voxels.missing > 0 {
+            let needed = voxels.capacity + voxels.missing;
+            let capacity = needed + needed / 8;
+            let larger = SceneVoxels::new(volume.grid, Some(capacity), &device, &statistics);
+            voxels.missing = 0;
+            if larger.capacity > voxels.capacity {
+                voxels.replace(larger);
+            } else {
+                warn_once!(
+                    "a GiVolume holds more surfaces ({needed} bricks of 4x4x4 voxels) than a buffer \
+                     of this adapter ({} bricks): some are left out; lower its resolution",
+                    voxels.capacity
+                );
+            }
         }
         voxels.job = None;
         let wanted = (content.0, volume.grid);
@@ -220,17 +245,39 @@ pub(crate) fn prepare_voxels(
     }
 }
 
+/// Hears from the GPU how many bricks and voxels the last captures filled.
+pub(crate) fn read_counts(mut volumes: Query<&mut SceneVoxels>, statistics: Res<GiStatistics>) {
+    let (mut voxels_sum, mut bricks_sum) = (0, 0);
+    for mut voxels in &mut volumes {
+        if let Some(words) = voxels.readback.poll() {
+            let bricks = words[counter::BRICKS as usize];
+            voxels.missing = bricks.saturating_sub(voxels.capacity);
+            voxels.occupied = words[counter::VOXELS as usize];
+        }
+        voxels_sum += u64::from(voxels.occupied);
+        bricks_sum += u64::from(voxels.capacity);
+    }
+    statistics.count("scene/voxels_occupied", voxels_sum);
+    statistics.count("scene/brick_slots", bricks_sum);
+}
+
 impl SceneVoxels {
-    fn new(grid: Grid, device: &RenderDevice, memory: &mut GpuMemory) -> Self {
+    /// Room for `capacity` bricks, or for what scenes usually need.
+    fn new(
+        grid: Grid,
+        capacity: Option<u32>,
+        device: &RenderDevice,
+        statistics: &GiStatistics,
+    ) -> Self {
         let bricks = grid.bricks().element_product();
-        // Surfaces fill bricks with the square of the resolution, volumes have its cube: the finer
-        // the grid, the smaller the part of it that is needed.
-        let wanted = (bricks / 2).max(bricks.min(8192)).min(65535);
+        // Surfaces fill bricks with the square of the resolution, volumes have its cube: a quarter
+        // is enough for most scenes. Where it is not, `read_counts` finds out.
+        let wanted = capacity.unwrap_or((bricks / 4).clamp(2048, 65536));
         let limit =
             device.limits().max_storage_buffer_binding_size / u64::from(4 * WORDS * BRICK_VOXELS);
-        let capacity = u64::from(wanted).min(limit);
-        let mut buffer = |name: &str, words: u64, usage: BufferUsages| {
-            memory.storage_buffer(device, name, words, usage)
+        let capacity = u64::from(wanted.min(bricks)).min(limit);
+        let buffer = |name, words: u64, usage: BufferUsages| {
+            statistics.storage_buffer(device, name, words, usage)
         };
         let voxels = capacity * u64::from(BRICK_VOXELS);
         let none = BufferUsages::empty();
@@ -265,8 +312,17 @@ impl SceneVoxels {
             capacity: capacity as u32,
             version: 0,
             captured: None,
+            readback: Readback::new(device, counter::SLICE_COUNT),
+            occupied: 0,
+            missing: 0,
             job: None,
         }
+    }
+
+    /// Starts anew with other buffers.
+    fn replace(&mut self, mut new: Self) {
+        new.version = self.version;
+        *self = new;
     }
 
     /// `u32` per brick of the grid, x fastest: 0, or slot in the [pool](Self::pool) + 1.

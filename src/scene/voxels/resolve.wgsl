@@ -28,14 +28,13 @@ fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
         return;
     }
     let at = record(slot, local);
-    let sides = vec3(pool[at + 3u], pool[at + 4u], pool[at + 5u]);
-    let positive = vec3<f32>(sides & vec3(0xffffu));
-    let negative = vec3<f32>(sides >> vec3(16u));
+    let positive = vec3<f32>((vec3(pool[at + 3u]) >> vec3(0u, 10u, 20u)) & vec3(0x3ffu));
+    let negative = vec3<f32>((vec3(pool[at + 4u]) >> vec3(0u, 10u, 20u)) & vec3(0x3ffu));
     let samples = positive + negative;
     let axis_sum = vec3<f32>(
+        f32(bitcast<i32>(pool[at + 5u])),
         f32(bitcast<i32>(pool[at + 6u])),
         f32(bitcast<i32>(pool[at + 7u])),
-        f32(bitcast<i32>(pool[at + 8u])),
     );
     let total = samples.x + samples.y + samples.z;
     if total == 0.0 {
@@ -60,7 +59,7 @@ fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     n = select(vec3(0.0, 1.0, 0.0), normalize(n), dot(n, n) > 0.0);
 
     let color = vec3<f32>(vec3(pool[at], pool[at + 1u], pool[at + 2u])) / 65535.0;
-    let emission = vec3<f32>(vec3(pool[at + 9u], pool[at + 10u], pool[at + 11u])) / voxelize.emission.w;
+    let emission = vec3<f32>(vec3(pool[at + 8u], pool[at + 9u], pool[at + 10u])) / voxelize.emission.w;
     let flags = FLAG_SURFACE | select(0u, FLAG_TWO_SIDED, two_sided);
     pool[at] = pack4x8unorm(vec4(color / total, 1.0));
     pool[at + 1u] = pack_normal(n, flags);

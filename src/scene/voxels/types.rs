@@ -5,7 +5,7 @@ use bevy::{math::Vec4, render::render_resource::ShaderType, shader::ShaderDefVal
 use crate::scene::volume::{BRICK, GpuVolume};
 
 /// Words of a voxel's sums while it is drawn.
-pub const WORDS: u32 = 12;
+pub const WORDS: u32 = 11;
 /// Voxels in a brick.
 pub const BRICK_VOXELS: u32 = BRICK * BRICK * BRICK;
 /// Samples per voxel along each axis of a view.

@@ -22,8 +22,9 @@ fn gather_vct(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let noise = gradient_noise(vec2<f32>(id.xy));
-    let turn = advance(noise, gather.frame);
-    let jitter = advance(fract(noise * 7.31), gather.frame);
+    let random = advance(vec2(noise, fract(noise * 7.31)), gather.frame);
+    let turn = random.x;
+    let jitter = random.y;
     let with_sky = gather.with_sky != 0u;
     let diffuse = diffuse_cones(surface.position, surface.normal, cones.cones, turn, jitter, with_sky);
     var specular = vec3(0.0);

@@ -31,11 +31,22 @@ fn sample_cell(uvw: vec3<f32>, dir: vec3<f32>, level: f32, near_normal: vec3<f32
     let margin = exp2(level) / f32(volume.dims.z);
     let z = clamp(uvw.z, margin, 1.0 - margin);
     let facing = select(vec3(0.0), near_normal * near_normal, dir * near_normal > vec3(0.0));
-    let weight = abs(dir) * (1.0 - facing);
+    return sample_blocks(vec3(uvw.xy, z), dir, abs(dir) * (1.0 - facing), level);
+}
+
+// Opacity of a cell for what goes the other way: of surfaces that `dir` meets from behind.
+fn sample_backs(uvw: vec3<f32>, dir: vec3<f32>, level: f32) -> f32 {
+    let margin = exp2(level) / f32(volume.dims.z);
+    let z = clamp(uvw.z, margin, 1.0 - margin);
+    return sample_blocks(vec3(uvw.xy, z), -dir, abs(dir), level).a;
+}
+
+// Weighted sum of the cells at `uvw` for the three directions of travel that make up `dir`.
+fn sample_blocks(uvw: vec3<f32>, dir: vec3<f32>, weight: vec3<f32>, level: f32) -> vec4<f32> {
     let block = vec3(0.0, 2.0, 4.0) + select(vec3(0.0), vec3(1.0), dir < vec3(0.0));
     var sum = vec4(0.0);
     for (var axis = 0u; axis < 3u; axis++) {
-        let at = vec3(uvw.xy, (block[axis] + z) / #{DIRECTIONS}.0);
+        let at = vec3(uvw.xy, (block[axis] + uvw.z) / #{DIRECTIONS}.0);
         sum += weight[axis] * textureSampleLevel(cells, cell_sampler, at, level);
     }
     return sum;
@@ -49,7 +60,9 @@ fn trace_cone(cone: Cone) -> vec4<f32> {
     let top = f32(volume.levels - 1u);
     var light = vec3(0.0);
     var clear = 1.0;
-    // The first sample lies half a finest step away.
+    // Part of the cone that met a surface from its front.
+    var hit = 0.0;
+    // The first sample lies half a finest step away: nearer, edges show the cells of their other side.
     var t = cell * cones.step * (0.25 + 0.5 * cone.jitter);
     for (var i = 0u; i < cone.steps; i++) {
         // A cell must not reach back behind the plane that the cone comes from.
@@ -65,20 +78,31 @@ fn trace_cone(cone: Cone) -> vec4<f32> {
         let s = sample_cell(uvw, cone.dir, level, cone.normal * near);
         let stride = diameter * cones.step;
         if s.a > 1e-4 {
-            // Opacity of a whole cell, brought to the length of the step.
-            let opacity = min(s.a, 0.999);
-            let a = 1.0 - pow(1.0 - opacity, cones.step * cones.density);
+            let a = step_opacity(s.a, level);
             light += clear * a * s.rgb / s.a;
+            hit += clear * a;
             clear *= 1.0 - a;
         }
+        // A surface is met from behind only inside of something: what got in through the front
+        // without being stopped, since a wall is thin, is stopped there.
+        if hit > 0.02 {
+            clear *= 1.0 - hit * step_opacity(sample_backs(uvw, cone.dir, level), level);
+        }
         if clear < 1.0 - cones.opacity_cutoff {
-            light /= 1.0 - clear;
             clear = 0.0;
             break;
         }
         t += stride;
     }
-    return vec4(light * RADIANCE_SCALE, 1.0 - clear);
+    // All that is blocked looks like what was met from its front.
+    let blocked = 1.0 - clear;
+    return vec4(light * RADIANCE_SCALE * blocked / max(hit, 1e-4), blocked);
+}
+
+// Opacity of a whole cell, brought to the length of a step.
+fn step_opacity(cell: f32, level: f32) -> f32 {
+    let density = select(cones.density, cones.finest_density, level < 0.5);
+    return 1.0 - pow(1.0 - clamp(cell, 0.0, 0.999), cones.step * density);
 }
 
 fn orthonormal(n: vec3<f32>) -> mat3x3<f32> {

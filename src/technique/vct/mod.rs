@@ -18,6 +18,7 @@
 //! | `gi/vct/bounce` | while things change | traces diffuse cones from a part of the voxels, through the radiance of the last frame: second and later bounces, and the sky |
 //! | `gi/vct/light` | while things change | radiance = emission + albedo / pi x (direct + bounced irradiance) |
 //! | `gi/vct/filter_voxels`, `gi/vct/filter_cells` | while things change | builds the cells |
+//! | `gi/vct/export` | while things change | diffuse cones of each probe, for what is drawn forward |
 //! | `gi/vct/gather` | per camera | diffuse and specular cones of each gathered pixel |
 //!
 //! In a still scene only the gather runs.
@@ -68,6 +69,8 @@ impl Technique for VoxelConeTracing {
     const TECHNIQUE: GiTechnique = GiTechnique::VoxelConeTracing;
     const GATHER: &'static str = "gi/vct/gather";
     const GATHER_ENTRY: &'static str = "gather_vct";
+    const EXPORT: &'static str = "gi/vct/export";
+    const EXPORT_ENTRY: &'static str = "export_vct";
     type Cache = VctCache;
 
     fn cache_layout() -> BindGroupLayoutDescriptor {
@@ -77,6 +80,13 @@ impl Technique for VoxelConeTracing {
     fn gather_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>) {
         (
             load_embedded_asset!(server, "gather.wgsl"),
+            node::shader_defs(),
+        )
+    }
+
+    fn export_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>) {
+        (
+            load_embedded_asset!(server, "export.wgsl"),
             node::shader_defs(),
         )
     }
@@ -92,6 +102,7 @@ impl Plugin for VoxelConeTracingPlugin {
         embedded_asset!(app, "light.wgsl");
         embedded_asset!(app, "filter.wgsl");
         embedded_asset!(app, "gather.wgsl");
+        embedded_asset!(app, "export.wgsl");
         app.add_plugins(SettingsResourcePlugin::<VoxelConeTracingSettings>::default());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;

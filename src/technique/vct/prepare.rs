@@ -16,14 +16,14 @@ use super::{
 };
 use crate::{
     camera::ExtractedGiCamera,
-    gpu::memory::GpuMemory,
+    gpu::statistics::{GiStatistics, Tracked},
     scene::{
         bind_group::LightingVersion,
         volume::Grid,
         voxels::{BRICK_VOXELS, SLICES, SceneVoxels},
     },
     settings::{GiHistory, GiSettings, GiTechnique},
-    technique::TechniqueCache,
+    technique::{Settling, TechniqueCache},
 };
 
 /// Everything whose change makes the cache wrong.
@@ -39,14 +39,17 @@ struct Content {
 #[derive(Component)]
 pub struct VctCache {
     dims: UVec3,
+    /// Bricks in the pool that the buffers below go with.
+    capacity: u32,
     /// All levels and directions.
-    texture: Texture,
+    texture: Tracked<Texture>,
     sampler: Sampler,
-    /// Radiance of each voxel of the pool: front and back, `rgb9e5`.
-    pub(crate) radiance: Buffer,
-    /// Bounced irradiance over pi of each voxel of the pool, of this capture and the one before.
-    bounced: [Buffer; 2],
-    current: usize,
+    /// Of each voxel of the pool, front and back, `rgb9e5`: one holds bounced irradiance over pi, the
+    /// other radiance. After a capture they change places: once the bounced light is carried over,
+    /// nobody needs the old one, and radiance is computed afresh.
+    voxel_light: [Tracked<Buffer>; 2],
+    /// Which of the two holds bounced light.
+    bounced: usize,
     content: Option<Content>,
     /// Frames of bouncing that are left until the light has settled.
     frames_left: u32,
@@ -66,7 +69,7 @@ impl TechniqueCache for VctCache {
 /// What one frame's update runs.
 pub(crate) struct VctJob {
     /// The bounced light is dropped first.
-    pub clear: Option<Buffer>,
+    pub clear: Option<Tracked<Buffer>>,
     /// After a capture.
     pub carry: Option<BindGroup>,
     /// Slices to trace, each with its group 0.
@@ -91,7 +94,7 @@ pub(crate) fn prepare_vct(
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
-    mut memory: ResMut<GpuMemory>,
+    statistics: Res<GiStatistics>,
 ) {
     let wanted = cameras
         .iter()
@@ -105,13 +108,13 @@ pub(crate) fn prepare_vct(
         }
         let Some(mut vct) = vct else {
             if ready && voxels.version > 0 {
-                let new = VctCache::new(voxels, &device, &mut memory);
+                let new = VctCache::new(voxels, &device, &statistics);
                 commands.entity(entity).insert(new);
             }
             continue;
         };
-        if vct.dims != voxels.grid.dims {
-            *vct = VctCache::new(voxels, &device, &mut memory);
+        if (vct.dims, vct.capacity) != (voxels.grid.dims, voxels.capacity) {
+            *vct = VctCache::new(voxels, &device, &statistics);
         }
         vct.update_bind_group(&settings, &pipelines, &cache, &device, &queue);
         vct.plan(
@@ -127,11 +130,16 @@ pub(crate) fn prepare_vct(
             &device,
             &queue,
         );
+        let mut volume = commands.entity(entity);
+        match vct.job {
+            Some(_) => volume.insert(Settling),
+            None => volume.remove::<Settling>(),
+        };
     }
 }
 
 impl VctCache {
-    fn new(voxels: &SceneVoxels, device: &RenderDevice, memory: &mut GpuMemory) -> Self {
+    fn new(voxels: &SceneVoxels, device: &RenderDevice, statistics: &GiStatistics) -> Self {
         let Grid { dims, levels, .. } = voxels.grid;
         let cells = dims / 2;
         let texture = device.create_texture(&TextureDescriptor {
@@ -148,12 +156,12 @@ impl VctCache {
             usage: TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
         });
-        memory.texture("vct/cells", &texture);
-        let voxels = u64::from(voxels.capacity * BRICK_VOXELS);
-        let mut buffer =
-            |name: &str| memory.storage_buffer(device, name, voxels * 2, BufferUsages::COPY_SRC);
+        let texture = statistics.texture("vct/cells", texture);
+        let words = 2 * u64::from(voxels.capacity) * u64::from(BRICK_VOXELS);
+        let buffer = |name| statistics.storage_buffer(device, name, words, BufferUsages::COPY_SRC);
         Self {
             dims,
+            capacity: voxels.capacity,
             texture,
             sampler: device.create_sampler(&SamplerDescriptor {
                 label: Some("gi/vct/cells"),
@@ -162,9 +170,8 @@ impl VctCache {
                 mipmap_filter: MipmapFilterMode::Linear,
                 ..Default::default()
             }),
-            radiance: buffer("vct/voxel_radiance"),
-            bounced: [buffer("vct/bounced"), buffer("vct/bounced_before")],
-            current: 0,
+            voxel_light: [buffer("vct/voxel_bounced"), buffer("vct/voxel_radiance")],
+            bounced: 0,
             content: None,
             frames_left: 0,
             frame: 0,
@@ -227,7 +234,7 @@ impl VctCache {
         }
         self.frames_left -= 1;
         if captured {
-            self.current = 1 - self.current;
+            self.bounced = 1 - self.bounced;
         }
 
         let same_voxels = voxels.grid.voxel == voxels.previous_grid.voxel;
@@ -238,7 +245,8 @@ impl VctCache {
             carry: (same_voxels && before.is_some() && !reset).into(),
             dims: self.dims,
         };
-        let group = |slice: u32, other: &Buffer| {
+        let [bounced, radiance] = [self.bounced, 1 - self.bounced].map(|i| &self.voxel_light[i]);
+        let group = |slice: u32| {
             let mut uniform = UniformBuffer::from(pass(slice));
             uniform.write_buffer(device, queue);
             device.create_bind_group(
@@ -250,8 +258,8 @@ impl VctCache {
                     voxels.brick_list.as_entire_binding(),
                     voxels.voxel_list.as_entire_binding(),
                     voxels.counters.as_entire_binding(),
-                    self.bounced[self.current].as_entire_binding(),
-                    other.as_entire_binding(),
+                    bounced.as_entire_binding(),
+                    radiance.as_entire_binding(),
                 )),
             )
         };
@@ -267,8 +275,9 @@ impl VctCache {
                     voxels.brick_list.as_entire_binding(),
                     voxels.voxel_list.as_entire_binding(),
                     voxels.counters.as_entire_binding(),
-                    self.bounced[self.current].as_entire_binding(),
-                    self.bounced[1 - self.current].as_entire_binding(),
+                    bounced.as_entire_binding(),
+                    // Not radiance yet: the bounced light of before.
+                    radiance.as_entire_binding(),
                     voxels.brick_maps[1 - voxels.current].as_entire_binding(),
                 )),
             )
@@ -279,7 +288,7 @@ impl VctCache {
         if bouncing {
             let first = (self.frame % frames_per_bounce) * slices_per_frame;
             for slice in first..(first + slices_per_frame).min(SLICES) {
-                bounce.push((slice, group(slice, &self.radiance)));
+                bounce.push((slice, group(slice)));
             }
             self.frame = self.frame.wrapping_add(1);
         }
@@ -309,7 +318,7 @@ impl VctCache {
                 &level_view(0),
                 voxels.brick_map().as_entire_binding(),
                 voxels.pool.as_entire_binding(),
-                self.radiance.as_entire_binding(),
+                radiance.as_entire_binding(),
             )),
         );
         let filter_cells = (1..cells.len())
@@ -326,10 +335,10 @@ impl VctCache {
             })
             .collect();
         self.job = Some(VctJob {
-            clear: (reset && !captured).then(|| self.bounced[self.current].clone()),
+            clear: (reset && !captured).then(|| bounced.clone()),
             carry,
             bounce,
-            light: group(0, &self.radiance),
+            light: group(0),
             filter_voxels,
             filter_cells,
             cells,

@@ -7,7 +7,7 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{Clamp, Clamped, GiQuality};
+use crate::settings::{Clamp, Clamped, FieldRange, GiQuality};
 
 /// Directions of the diffuse cones.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -48,16 +48,19 @@ pub struct VoxelConeTracingSettings {
     pub bias: f32,
     /// Largest cell that a cone reads, as a fraction of its height above the plane it started from.
     /// Larger cells reach back behind that plane, and what lies there shades the surface. Range
-    /// 0.1..=4, default 0.35. Cost: smaller cells take more steps.
+    /// 0.1..=4, default 0.18. Cost: smaller cells take more steps.
     pub clearance: f32,
     /// A cone ends once it is this opaque. Range 0.5..=1, default 0.97.
     pub opacity_cutoff: f32,
     /// How often a fully covered cell counts along a cone. A wall is one cell thick at every level,
-    /// and is sampled off its centre: below 3, light leaks through it. Range 1..=8, default 4.5. More
-    /// makes things fatter.
+    /// and is sampled off its centre: too little, and light leaks through it; too much, and things
+    /// grow fatter the further away they are. Range 1..=8, default 2.
     pub density: f32,
+    /// The same for cells of the finest level. What is near is seen sharply enough to be dense, and
+    /// stops what would leak. Range 1..=8, default 5.
+    pub finest_density: f32,
     /// Bounces after the first that still gain light after a change of the scene; lighting goes
-    /// on through further ones as long as something changes. Range 0..=16, default 6. Cost: only
+    /// on through further ones as long as something changes. Range 0..=16, default 10. Cost: only
     /// while things change.
     pub bounces: u32,
     /// Part of the voxels whose bounced light is traced anew each frame while things change, 1/1,
@@ -80,10 +83,11 @@ impl Default for VoxelConeTracingSettings {
             diffuse_steps: 48,
             specular_steps: 48,
             bias: 1.0,
-            clearance: 0.35,
+            clearance: 0.18,
             opacity_cutoff: 0.97,
-            density: 4.5,
-            bounces: 6,
+            density: 2.0,
+            finest_density: 5.0,
+            bounces: 10,
             bounce_interval: 4,
             bounce_cones: 6,
             specular: true,
@@ -100,7 +104,7 @@ impl VoxelConeTracingSettings {
                 cones: 4,
                 step: 1.0,
                 specular_steps: 24,
-                bounces: 3,
+                bounces: 6,
                 bounce_interval: 8,
                 bounce_cones: 4,
                 ..medium
@@ -111,7 +115,7 @@ impl VoxelConeTracingSettings {
                 cone_angle: 50.0,
                 step: 0.8,
                 specular_steps: 96,
-                bounces: 8,
+                bounces: 12,
                 bounce_interval: 2,
                 bounce_cones: 8,
                 ..medium
@@ -122,7 +126,7 @@ impl VoxelConeTracingSettings {
                 step: 0.6,
                 diffuse_steps: 48,
                 specular_steps: 192,
-                bounces: 12,
+                bounces: 16,
                 bounce_interval: 1,
                 bounce_cones: 16,
                 ..medium
@@ -146,6 +150,13 @@ impl VoxelConeTracingSettings {
     }
 }
 
+impl VoxelConeTracingSettings {
+    /// Ranges of the numeric fields.
+    pub fn ranges() -> Vec<FieldRange> {
+        Clamp::ranges::<Self>()
+    }
+}
+
 impl Clamped for VoxelConeTracingSettings {
     fn clamp(&mut self, c: &mut Clamp) {
         c.int("cones", &mut self.cones, 1, 16);
@@ -157,8 +168,31 @@ impl Clamped for VoxelConeTracingSettings {
         c.float("clearance", &mut self.clearance, 0.1, 4.0);
         c.float("opacity_cutoff", &mut self.opacity_cutoff, 0.5, 1.0);
         c.float("density", &mut self.density, 1.0, 8.0);
+        c.float("finest_density", &mut self.finest_density, 1.0, 8.0);
         c.int("bounces", &mut self.bounces, 0, 16);
         c.int("bounce_interval", &mut self.bounce_interval, 1, 8);
         c.int("bounce_cones", &mut self.bounce_cones, 1, 16);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::tests::{check_preset, check_ranges};
+
+    #[test]
+    fn presets_are_in_range_and_survive_ron() {
+        let presets = GiQuality::ALL.map(VoxelConeTracingSettings::preset);
+        for preset in presets.iter().chain([&VoxelConeTracingSettings::paper()]) {
+            check_preset("VoxelConeTracingSettings", preset);
+        }
+    }
+
+    #[test]
+    fn every_number_has_a_range() {
+        check_ranges(
+            &VoxelConeTracingSettings::default(),
+            VoxelConeTracingSettings::ranges(),
+        );
     }
 }

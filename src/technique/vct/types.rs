@@ -27,6 +27,7 @@ pub struct GpuCones {
     pub clearance: f32,
     pub opacity_cutoff: f32,
     pub density: f32,
+    pub finest_density: f32,
     /// 0 or 1.
     pub specular: u32,
     /// Tangent of half a specular cone over `roughness^2`.
@@ -50,6 +51,7 @@ impl From<&VoxelConeTracingSettings> for GpuCones {
             clearance: s.clearance,
             opacity_cutoff: s.opacity_cutoff,
             density: s.density,
+            finest_density: s.finest_density,
             specular: s.specular.into(),
             specular_scale: 1.0,
         }
@@ -59,9 +61,8 @@ impl From<&VoxelConeTracingSettings> for GpuCones {
 /// Uniform of the passes over voxels.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
 pub struct GpuVoxelPass {
-    /// The slice whose bounced light is traced this frame, and how many follow it.
+    /// The slice whose bounced light is traced.
     pub slice: u32,
-    /// Parity of the bounce buffer.
     /// Voxels to add to a voxel's coordinates to find it in the previous brick map.
     pub shift: IVec3,
     /// 1 if the previous brick map can be used.

@@ -1,0 +1,72 @@
+// Spatial filter of accumulated light: a mean over neighbours on the same surface.
+
+#import bevy_gi::surface::position_at
+#import bevy_pbr::utils::octahedral_decode
+
+struct Denoise {
+    size: vec2<u32>,
+    full_size: vec2<u32>,
+    divisor: u32,
+    radius: u32,
+}
+
+@group(1) @binding(0) var<uniform> settings: Denoise;
+@group(1) @binding(1) var diffuse_texture: texture_2d<f32>;
+@group(1) @binding(2) var specular_texture: texture_2d<f32>;
+// Octahedral normal, depth, and 1 where there is a surface.
+@group(1) @binding(3) var surface_texture: texture_2d<f32>;
+@group(1) @binding(4) var diffuse_target: texture_storage_2d<rgba16float, write>;
+@group(1) @binding(5) var specular_target: texture_storage_2d<rgba16float, write>;
+
+// The point that gathered pixel `at` shows, metres.
+fn point(at: vec2<i32>, depth: f32) -> vec3<f32> {
+    let pixel = min(
+        vec2<u32>(at) * settings.divisor + settings.divisor / 2u,
+        settings.full_size - 1u,
+    );
+    return position_at(pixel, depth);
+}
+
+@compute @workgroup_size(8, 8)
+fn denoise(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= settings.size) {
+        return;
+    }
+    let at = vec2<i32>(id.xy);
+    let own = textureLoad(surface_texture, at, 0);
+    if own.w == 0.0 {
+        textureStore(diffuse_target, at, vec4(0.0));
+        textureStore(specular_target, at, vec4(0.0));
+        return;
+    }
+    let normal = octahedral_decode(own.xy);
+    let p = point(at, own.z);
+    var diffuse = vec4(0.0);
+    var specular = vec4(0.0);
+    var total = 0.0;
+    let r = i32(settings.radius);
+    for (var y = -r; y <= r; y++) {
+        for (var x = -r; x <= r; x++) {
+            let tap = at + vec2(x, y);
+            if any(tap < vec2(0)) || any(tap >= vec2<i32>(settings.size)) {
+                continue;
+            }
+            let other = textureLoad(surface_texture, tap, 0);
+            if other.w == 0.0 {
+                continue;
+            }
+            // The same plane, within a fiftieth of the distance; and much the same normal.
+            let apart = abs(dot(normal, point(tap, other.z) - p)) / (0.02 * own.z);
+            let facing = saturate(dot(octahedral_decode(other.xy), normal));
+            let w = pow(facing, 16.0) * saturate(1.0 - apart);
+            if x == 0 && y == 0 || w > 0.0 {
+                let weight = select(w, 1.0, x == 0 && y == 0);
+                diffuse += weight * textureLoad(diffuse_texture, tap, 0);
+                specular += weight * textureLoad(specular_texture, tap, 0);
+                total += weight;
+            }
+        }
+    }
+    textureStore(diffuse_target, at, diffuse / total);
+    textureStore(specular_target, at, specular / total);
+}

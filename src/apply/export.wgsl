@@ -1,0 +1,53 @@
+// Group 0 of an export: which probes of a volume, and where their light goes.
+#define_import_path bevy_gi::apply::export
+
+// Light is stored in half floats, in this many nits.
+const EXPORT_SCALE: f32 = #{EXPORT_SCALE}.0;
+
+struct Export {
+    // Corner of the grid of probes, metres.
+    origin: vec3<f32>,
+    // Probes whose coordinates add up to this, modulo `parts`, are brought up to date.
+    part: u32,
+    // Distance of probes along each axis, metres.
+    spacing: vec3<f32>,
+    parts: u32,
+    // Probes along each axis.
+    probes: vec3<u32>,
+}
+
+@group(0) @binding(0) var<uniform> exported: Export;
+@group(0) @binding(1) var ambient_cubes: texture_storage_3d<rgba16float, write>;
+
+// One side of the ambient cube of one probe.
+struct Side {
+    // False if there is nothing to do.
+    exists: bool,
+    probe: vec3<u32>,
+    // 0..6: +x +y +z -x -y -z.
+    side: u32,
+    // Of the probe, metres.
+    position: vec3<f32>,
+    // Light that falls on a surface which faces this way is wanted.
+    normal: vec3<f32>,
+}
+
+// The side for a thread; z runs over probes and sides.
+fn exported_side(id: vec3<u32>) -> Side {
+    var s: Side;
+    s.probe = vec3(id.xy, id.z % exported.probes.z);
+    s.side = id.z / exported.probes.z;
+    s.exists = all(s.probe < exported.probes) && s.side < 6u
+        && (s.probe.x + s.probe.y + s.probe.z) % exported.parts == exported.part;
+    s.position = exported.origin + (vec3<f32>(s.probe) + 0.5) * exported.spacing;
+    s.normal[s.side % 3u] = select(1.0, -1.0, s.side >= 3u);
+    return s;
+}
+
+// `E / pi` in nits, where Bevy's irradiance volumes have it: axes above each other along z, the
+// negative directions behind the positive ones along y.
+fn store(s: Side, nits: vec3<f32>) {
+    let block = vec3(0u, s.side / 3u, s.side % 3u);
+    let value = min(nits / EXPORT_SCALE, vec3(65504.0));
+    textureStore(ambient_cubes, s.probe + block * exported.probes, vec4(value, 1.0));
+}

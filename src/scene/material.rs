@@ -1,0 +1,114 @@
+//! [`GiMaterial`]: what a material's surface is to bounced light.
+
+use std::{any::TypeId, collections::HashMap, marker::PhantomData};
+
+use bevy::{
+    app::{App, Plugin, PostUpdate},
+    asset::{AssetEvent, AssetServer, Assets, Handle},
+    ecs::prelude::*,
+    pbr::{ExtendedMaterial, Material, MaterialExtension, MeshMaterial3d, StandardMaterial},
+    render::RenderApp,
+    shader::{Shader, ShaderRef},
+};
+
+use super::visibility::{NotGiCaster, SceneCasters, collect_casters};
+
+/// A material whose surface bounces light as it looks.
+///
+/// [`StandardMaterial`], and every `ExtendedMaterial<StandardMaterial, _>` for which
+/// [`GiMaterialPlugin`] is added, bounce by their base colour and emission. For a material of your
+/// own, name a fragment shader that says what its surface is:
+///
+/// ```wgsl
+/// #import bevy_pbr::prepass_io::VertexOutput
+/// #import bevy_gi::scene::voxels::splat::{VoxelSurface, splat, triangle_normal}
+///
+/// @fragment
+/// fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) {
+///     let normal = triangle_normal(in);
+///     let albedo = ...; // from the material's bindings, group 3
+///     splat(in, is_front, normal, VoxelSurface(albedo, vec3(0.0), false));
+/// }
+/// ```
+///
+/// Meshes of any other material block light, and bounce it as grey of albedo 1/2.
+pub trait GiMaterial: Material {
+    /// The fragment shader. Default: that of [`StandardMaterial`], whose bindings the material must
+    /// then have.
+    fn voxelize_shader() -> ShaderRef {
+        ShaderRef::Default
+    }
+
+    /// Largest component of the emission, in the units of [`StandardMaterial::emissive`]; brighter
+    /// emission is cut off in what bounces.
+    fn max_emissive(&self) -> f32;
+}
+
+impl GiMaterial for StandardMaterial {
+    fn max_emissive(&self) -> f32 {
+        let e = self.emissive;
+        // An unlit material shows its base colour, at most 1, as emission.
+        e.red.max(e.green).max(e.blue).max(f32::from(self.unlit))
+    }
+}
+
+impl<E: MaterialExtension> GiMaterial for ExtendedMaterial<StandardMaterial, E> {
+    fn max_emissive(&self) -> f32 {
+        self.base.max_emissive()
+    }
+}
+
+/// Makes meshes of the material `M` bounce light as they look. Add it after
+/// [`GiPlugins`](crate::GiPlugins); `StandardMaterial` has it already.
+pub struct GiMaterialPlugin<M>(PhantomData<M>);
+
+impl<M> Default for GiMaterialPlugin<M> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<M: GiMaterial> Plugin for GiMaterialPlugin<M> {
+    fn build(&self, app: &mut App) {
+        app.add_systems(PostUpdate, watch_material::<M>.before(collect_casters));
+    }
+
+    fn finish(&self, app: &mut App) {
+        let shader = match M::voxelize_shader() {
+            ShaderRef::Default => None,
+            ShaderRef::Handle(handle) => Some(handle),
+            ShaderRef::Path(path) => Some(app.world().resource::<AssetServer>().load(path)),
+        };
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app
+                .world_mut()
+                .get_resource_or_init::<MaterialShaders>()
+                .0
+                .insert(TypeId::of::<M>(), shader);
+        }
+    }
+}
+
+/// Voxelizing shaders by material; `None` is that of `StandardMaterial`.
+#[derive(Resource, Default)]
+pub(crate) struct MaterialShaders(pub HashMap<TypeId, Option<Handle<Shader>>>);
+
+/// Notes changes of the materials of casters, and their emission.
+fn watch_material<M: GiMaterial>(
+    meshes: Query<Ref<MeshMaterial3d<M>>, Without<NotGiCaster>>,
+    materials: Option<Res<Assets<M>>>,
+    mut events: MessageReader<AssetEvent<M>>,
+    mut scene: ResMut<SceneCasters>,
+) {
+    // Assets may arrive or change without any component changing.
+    let mut changed = !events.is_empty();
+    events.clear();
+    let mut max_emissive = 0.0f32;
+    for handle in &meshes {
+        changed |= handle.is_changed();
+        if let Some(material) = materials.as_ref().and_then(|m| m.get(&handle.0)) {
+            max_emissive = max_emissive.max(material.max_emissive());
+        }
+    }
+    scene.note_material(TypeId::of::<M>(), max_emissive, changed);
+}

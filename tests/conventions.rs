@@ -1,0 +1,249 @@
+//! What the compiler does not see: structs that Rust and WGSL share, and who may import whom.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// Files below `src` with that extension, and their texts.
+fn sources(extension: &str) -> Vec<(PathBuf, String)> {
+    fn walk(folder: &Path, extension: &str, out: &mut Vec<(PathBuf, String)>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                walk(&path, extension, out);
+            } else if path.extension().is_some_and(|e| e == extension) {
+                let text = fs::read_to_string(&path).unwrap();
+                out.push((path, text));
+            }
+        }
+    }
+    let mut out = Vec::new();
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    walk(&src, extension, &mut out);
+    out.sort();
+    out
+}
+
+/// Fields of a struct: name and type, in order.
+type Fields = Vec<(String, String)>;
+
+/// Structs of a Rust or WGSL text whose names start with `prefix`, by the rest of the name.
+fn structs(text: &str, prefix: &str) -> BTreeMap<String, Fields> {
+    let mut found = BTreeMap::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        let line = line
+            .trim_start_matches("pub(crate) ")
+            .trim_start_matches("pub ");
+        let Some(name) = line
+            .strip_prefix("struct ")
+            .and_then(|rest| rest.strip_suffix(" {"))
+            .and_then(|name| name.strip_prefix(prefix))
+        else {
+            continue;
+        };
+        let fields = lines
+            .by_ref()
+            .map(str::trim)
+            .take_while(|line| *line != "}")
+            .filter(|line| !line.starts_with("//") && !line.starts_with('#'))
+            .filter_map(|line| line.trim_start_matches("pub ").split_once(": "))
+            .map(|(name, kind)| (name.into(), kind.trim_end_matches(',').into()))
+            .collect();
+        found.insert(name.into(), fields);
+    }
+    found
+}
+
+/// The WGSL type of a Rust field.
+fn wgsl_type(rust: &str) -> String {
+    let inner = |outer: &str| {
+        rust.strip_prefix(outer)
+            .and_then(|r| r.strip_suffix(['>', ']']))
+    };
+    if let Some(element) = inner("Vec<") {
+        return format!("array<{}>", wgsl_type(element));
+    }
+    if let Some((element, length)) = inner("[").and_then(|array| array.split_once("; ")) {
+        return format!("array<{}, #{{{length}}}>", wgsl_type(element));
+    }
+    match rust {
+        "Vec2" => "vec2<f32>",
+        "Vec3" => "vec3<f32>",
+        "Vec4" => "vec4<f32>",
+        "UVec2" => "vec2<u32>",
+        "UVec3" => "vec3<u32>",
+        "IVec3" => "vec3<i32>",
+        "Mat4" => "mat4x4<f32>",
+        other => other.trim_start_matches("Gpu"),
+    }
+    .into()
+}
+
+/// `GpuX` in Rust and `X` in WGSL have the same fields of the same types in the same order. Offsets
+/// and sizes follow: `ShaderType` lays Rust's fields out by WGSL's rules.
+#[test]
+fn gpu_structs_are_the_same_in_rust_and_wgsl() {
+    let all = |extension, prefix| -> BTreeMap<String, Fields> {
+        let files = sources(extension);
+        files
+            .iter()
+            .flat_map(|(_, text)| structs(text, prefix))
+            .collect()
+    };
+    let (rust, wgsl) = (all("rs", "Gpu"), all("wgsl", ""));
+    let mut compared = 0;
+    for (name, fields) in rust {
+        let Some(twin) = wgsl.get(&name) else {
+            continue;
+        };
+        let expected: Fields = fields
+            .into_iter()
+            .map(|(field, kind)| (field, wgsl_type(&kind)))
+            .collect();
+        assert_eq!(&expected, twin, "Gpu{name} and its twin in WGSL");
+        compared += 1;
+    }
+    assert!(compared >= 10, "only {compared} pairs were found");
+}
+
+/// Modules of the crate, each with what it may import besides its own parts.
+const MAY_IMPORT: [(&str, &[&str]); 7] = [
+    ("gpu", &[]),
+    ("surface", &["camera", "gpu", "settings"]),
+    ("scene", &["camera", "gpu", "schedule", "settings"]),
+    (
+        "technique",
+        &["camera", "gpu", "scene", "schedule", "settings"],
+    ),
+    (
+        "apply",
+        &[
+            "camera",
+            "debug",
+            "gpu",
+            "scene",
+            "schedule",
+            "settings",
+            "surface",
+            "technique",
+        ],
+    ),
+    ("camera.rs", &["settings"]),
+    ("settings.rs", &[]),
+];
+
+/// Modules that a text names after `crate::`.
+fn imports(text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let code: String = text
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"))
+        .collect::<Vec<_>>()
+        .join("\n");
+    for (at, _) in code.match_indices("crate::") {
+        let rest = &code[at + "crate::".len()..];
+        let first = |path: &str| -> String {
+            path.trim()
+                .chars()
+                .take_while(|c| c.is_alphanumeric() || *c == '_')
+                .collect()
+        };
+        let Some(group) = rest.strip_prefix('{') else {
+            found.push(first(rest));
+            continue;
+        };
+        // The first word of each part of `{a::{b, c}, d::e}`.
+        let (mut depth, mut start) = (1, 0);
+        for (i, c) in group.char_indices() {
+            match c {
+                '{' => depth += 1,
+                '}' => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 || (depth == 1 && c == ',') {
+                found.push(first(&group[start..i]));
+                start = i + 1;
+            }
+            if depth == 0 {
+                break;
+            }
+        }
+    }
+    found.retain(|name| !name.is_empty());
+    found
+}
+
+/// Data flows one way: capture, technique, picture. Techniques know nothing of each other, and the
+/// picture knows only what all techniques have in common.
+#[test]
+fn modules_import_only_what_lies_below_them() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut checked = 0;
+    for (path, text) in sources("rs") {
+        let relative = path.strip_prefix(&src).unwrap();
+        let module = relative.iter().next().unwrap().to_str().unwrap();
+        let Some((_, allowed)) = MAY_IMPORT.iter().find(|(name, _)| *name == module) else {
+            continue;
+        };
+        for import in imports(&text) {
+            let own = module.trim_end_matches(".rs") == import;
+            assert!(
+                own || allowed.contains(&import.as_str()),
+                "{} imports crate::{import}; it may import {allowed:?}",
+                relative.display()
+            );
+        }
+        if module == "technique" || module == "apply" {
+            // The technique whose folder this is, if any.
+            let own = relative.iter().nth(1).unwrap().to_str().unwrap();
+            for (at, _) in text.match_indices("technique::") {
+                let other: String = text[at + "technique::".len()..]
+                    .chars()
+                    .take_while(|c| c.is_alphanumeric() || *c == '_')
+                    .collect();
+                let is_technique = !other.is_empty() && src.join("technique").join(&other).is_dir();
+                assert!(
+                    other == own || !is_technique,
+                    "{} names the technique {other}",
+                    relative.display()
+                );
+            }
+        }
+        checked += 1;
+    }
+    assert!(checked > 20, "only {checked} files were found");
+}
+
+/// Shaders' import paths are their places.
+#[test]
+fn shader_import_paths_are_file_paths() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for (path, text) in sources("wgsl") {
+        let Some(import) = text
+            .lines()
+            .find_map(|line| line.strip_prefix("#define_import_path "))
+        else {
+            continue;
+        };
+        let mut parts: Vec<_> = path
+            .strip_prefix(&src)
+            .unwrap()
+            .with_extension("")
+            .iter()
+            .map(|part| part.to_str().unwrap().to_owned())
+            .collect();
+        // A folder's main library is named after it.
+        if parts.len() > 1 && parts[parts.len() - 1] == parts[parts.len() - 2] {
+            parts.pop();
+        }
+        assert_eq!(
+            import,
+            format!("bevy_gi::{}", parts.join("::")),
+            "{}",
+            path.display()
+        );
+    }
+}
