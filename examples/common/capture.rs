@@ -49,32 +49,38 @@ pub fn write(picture: &Picture, exposure: f32, path: &Path) -> Result<(), String
     }
 }
 
+/// The middle one of some values, 0 if there are none.
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
 /// Everything that is known of the last frames, for `--stats`.
 pub fn statistics(headless: &Headless) -> serde_json::Value {
     let world = headless.app.world();
-    // Medians of the history that Bevy keeps of each pass.
+    // What a frame costs: medians over the second half of the frames, in which a pass that did not run
+    // took no time; and over all those frames in which it ran.
     let mut passes: BTreeMap<String, BTreeMap<&str, f64>> = BTreeMap::new();
-    for diagnostic in headless.diagnostics().iter() {
-        let path = diagnostic.path().as_str();
+    for (path, frames) in &headless.passes_ms {
         let Some(rest) = path.strip_prefix("render/") else {
             continue;
         };
         let Some((pass, figure)) = rest.rsplit_once('/') else {
             continue;
         };
-        let unit = match figure {
-            "elapsed_gpu" => "gpu_ms",
-            "elapsed_cpu" => "cpu_ms",
+        let (unit, when_run) = match figure {
+            "elapsed_gpu" => ("gpu_ms", "gpu_ms_when_run"),
+            "elapsed_cpu" => ("cpu_ms", "cpu_ms_when_run"),
             _ => continue,
         };
-        let mut values: Vec<f64> = diagnostic.values().copied().collect();
-        values.sort_by(f64::total_cmp);
-        if let Some(median) = values.get(values.len() / 2) {
-            passes.entry(pass.into()).or_default().insert(unit, *median);
-        }
+        let ran: Vec<f64> = frames.iter().copied().filter(|ms| *ms > 0.0).collect();
+        let measured = &frames[frames.len() / 2..];
+        let pass = passes.entry(pass.into()).or_default();
+        pass.insert(unit, median(measured));
+        pass.insert(when_run, median(&ran));
+        pass.insert("frames_run", ran.len() as f64);
     }
-    let mut frames = headless.frame_ms.clone();
-    frames.sort_by(f64::total_cmp);
     let sum = |gi: bool| -> f64 {
         passes
             .iter()
@@ -96,7 +102,8 @@ pub fn statistics(headless: &Headless) -> serde_json::Value {
         "adapter": adapter,
         "gi_gpu_ms": sum(true),
         "other_gpu_ms": sum(false),
-        "frame_wall_ms": frames.get(frames.len() / 2),
+        "frames_measured": headless.frame_ms.len(),
+        "frame_wall_ms": median(&headless.frame_ms),
         "passes": passes,
         "memory_total_bytes": memory.values().sum::<u64>(),
         "memory_bytes": memory,

@@ -1,11 +1,12 @@
 //! An app without a window, stepped by hand: nothing in it depends on the wall clock.
 
 use std::{
+    collections::BTreeMap,
     sync::{
         Arc, Mutex,
         atomic::{AtomicUsize, Ordering},
     },
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use bevy::{
@@ -40,6 +41,11 @@ pub struct Headless {
     /// Wall-clock time of each frame of the second half of the last [`steps`](Self::steps),
     /// milliseconds.
     pub frame_ms: Vec<f64>,
+    /// What Bevy's diagnostics measured in each frame of the last [`steps`](Self::steps), by path,
+    /// milliseconds; 0 where a pass did not run. The first frame has the last of what ran before.
+    pub passes_ms: BTreeMap<String, Vec<f64>>,
+    /// When each path was last measured.
+    measured: BTreeMap<String, Instant>,
 }
 
 /// Linear values of an image, row by row, RGBA.
@@ -105,6 +111,8 @@ impl Headless {
         Self {
             app,
             frame_ms: Vec::new(),
+            passes_ms: BTreeMap::new(),
+            measured: BTreeMap::new(),
         }
     }
 
@@ -119,20 +127,47 @@ impl Headless {
     /// Renders `frames` frames.
     pub fn steps(&mut self, frames: u32) {
         self.frame_ms.clear();
+        self.passes_ms.clear();
         for frame in 0..frames {
-            let start = std::time::Instant::now();
+            let start = Instant::now();
             self.step();
+            let elapsed = start.elapsed().as_secs_f64() * 1000.0;
             if frame >= frames / 2 {
-                self.frame_ms.push(start.elapsed().as_secs_f64() * 1000.0);
+                self.frame_ms.push(elapsed);
+            }
+            for (path, ms) in self.new_measurements() {
+                let all = self.passes_ms.entry(path).or_default();
+                all.resize(frame as usize, 0.0);
+                all.push(ms);
             }
         }
+        for all in self.passes_ms.values_mut() {
+            all.resize(frames as usize, 0.0);
+        }
+    }
+
+    /// What was measured since this was last called.
+    fn new_measurements(&mut self) -> Vec<(String, f64)> {
+        let diagnostics = self.app.world().resource::<DiagnosticsStore>();
+        let mut new = Vec::new();
+        for diagnostic in diagnostics.iter() {
+            let Some(measurement) = diagnostic.measurement() else {
+                continue;
+            };
+            let path = diagnostic.path().as_str();
+            if self.measured.get(path) != Some(&measurement.time) {
+                self.measured.insert(path.into(), measurement.time);
+                new.push((path.into(), measurement.value));
+            }
+        }
+        new
     }
 
     /// Renders until `loaded` says so and no pipeline has been missing for a while. False if that
     /// does not come about within two minutes.
     pub fn wait_until(&mut self, mut loaded: impl FnMut(&mut World) -> bool) -> bool {
         let mut calm = 0;
-        let start = std::time::Instant::now();
+        let start = Instant::now();
         while start.elapsed() < Duration::from_secs(120) {
             self.step();
             let waiting = self.app.world().resource::<PipelinesWaiting>();

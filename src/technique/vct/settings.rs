@@ -64,7 +64,7 @@ pub struct VoxelConeTracingSettings {
     /// while things change.
     pub bounces: u32,
     /// Part of the voxels whose bounced light is traced anew each frame while things change, 1/1,
-    /// 1/2, 1/4 or 1/8. Range 1..=8 (the divisor), default 4. Cost: inversely proportional; a
+    /// 1/2, 1/4 or 1/8. Range 1..=8 (the divisor), default 2. Cost: inversely proportional; a
     /// bounce takes as many frames.
     pub bounce_interval: u32,
     /// Cones per voxel when bounced light is traced. Range 1..=16, default 6.
@@ -88,7 +88,7 @@ impl Default for VoxelConeTracingSettings {
             density: 2.0,
             finest_density: 5.0,
             bounces: 10,
-            bounce_interval: 4,
+            bounce_interval: 2,
             bounce_cones: 6,
             specular: true,
         }
@@ -105,7 +105,7 @@ impl VoxelConeTracingSettings {
                 step: 1.0,
                 specular_steps: 24,
                 bounces: 6,
-                bounce_interval: 8,
+                bounce_interval: 4,
                 bounce_cones: 4,
                 ..medium
             },
@@ -116,7 +116,7 @@ impl VoxelConeTracingSettings {
                 step: 0.8,
                 specular_steps: 96,
                 bounces: 12,
-                bounce_interval: 2,
+                bounce_interval: 1,
                 bounce_cones: 8,
                 ..medium
             },
