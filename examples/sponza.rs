@@ -2,7 +2,7 @@
 
 mod common;
 
-use bevy::prelude::*;
+use bevy::{light::light_consts, prelude::*, world_serialization::WorldInstance};
 use bevy_gi::prelude::*;
 use common::{
     adapter,
@@ -15,9 +15,17 @@ const SKY: LinearRgba = LinearRgba::rgb(3200.0, 4300.0, 6500.0);
 
 fn main() {
     adapter::require();
-    let path = std::env::args()
-        .nth(1)
-        .unwrap_or_else(|| sponza::PATH.into());
+    let path = match std::env::args().nth(1) {
+        None => sponza::PATH.into(),
+        // Seen from here, not from the asset folder.
+        Some(path) => match std::fs::canonicalize(&path) {
+            Ok(path) => path.to_string_lossy().into_owned(),
+            Err(error) => {
+                eprintln!("{path}: {error}");
+                std::process::exit(1);
+            }
+        },
+    };
     App::new()
         .add_plugins((
             DefaultPlugins.set(AssetPlugin {
@@ -49,7 +57,7 @@ fn main() {
                 commands.spawn(camera(sponza::view()));
             },
         )
-        .add_systems(Update, (drop_file_cameras, light, move_sun))
+        .add_systems(Update, (drop_file_cameras, add_sun, light, move_sun))
         .run();
 }
 
@@ -60,6 +68,23 @@ fn drop_file_cameras(
 ) {
     for camera in &cameras {
         commands.entity(camera).remove::<(Camera3d, Camera)>();
+    }
+}
+
+/// A file without lights gets a sun.
+fn add_sun(
+    mut commands: Commands,
+    scenes: Query<(), Added<WorldInstance>>,
+    lights: Query<(), Or<(With<DirectionalLight>, With<PointLight>, With<SpotLight>)>>,
+) {
+    if !scenes.is_empty() && lights.is_empty() {
+        commands.spawn((
+            DirectionalLight {
+                illuminance: light_consts::lux::RAW_SUNLIGHT,
+                ..default()
+            },
+            Transform::default().looking_to(Vec3::new(0.25, -1.0, 0.2), Vec3::X),
+        ));
     }
 }
 

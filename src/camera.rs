@@ -17,7 +17,10 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{GiSettings, GiTechnique};
+use crate::{
+    gpu::caps::supported,
+    settings::{GiSettings, GiTechnique},
+};
 
 /// A camera with this component shows global illumination.
 ///
@@ -48,9 +51,11 @@ impl GiCamera {
 }
 
 /// A [`GiCamera`] in the render world.
-#[derive(Component, Clone, Copy, Debug)]
+#[derive(Component, Clone, Debug)]
 pub struct ExtractedGiCamera {
     pub(crate) technique: Option<GiTechnique>,
+    /// The camera's own ambient light.
+    ambient: Option<AmbientLight>,
 }
 
 impl ExtractedGiCamera {
@@ -60,13 +65,20 @@ impl ExtractedGiCamera {
 }
 
 impl ExtractComponent for GiCamera {
-    type QueryData = (&'static GiCamera, &'static Camera);
+    type QueryData = (
+        &'static GiCamera,
+        &'static Camera,
+        Option<&'static AmbientLight>,
+    );
     type QueryFilter = ();
     type Out = ExtractedGiCamera;
 
-    fn extract_component((gi, camera): QueryItem<'_, '_, Self::QueryData>) -> Option<Self::Out> {
+    fn extract_component(
+        (gi, camera, ambient): QueryItem<'_, '_, Self::QueryData>,
+    ) -> Option<Self::Out> {
         camera.is_active.then_some(ExtractedGiCamera {
             technique: gi.technique,
+            ambient: ambient.cloned(),
         })
     }
 }
@@ -102,7 +114,8 @@ impl Plugin for GiCameraPlugin {
             Render,
             replace_ambient
                 .after(RenderSystems::ExtractCommands)
-                .before(check_views_need_specialization),
+                .before(check_views_need_specialization)
+                .run_if(supported),
         );
     }
 }
@@ -130,27 +143,45 @@ fn warn_about_format(cameras: Query<(Entity, &Msaa), ChangedMsaa>, mut commands:
     }
 }
 
-/// Drops the unoccluded ambient terms of cameras that show GI in their place.
+/// The ambient light that a view has when it shows no GI; `None` is the global one.
+#[derive(Component)]
+struct ReplacedAmbient(Option<AmbientLight>);
+
+/// Drops the unoccluded ambient terms of cameras that show GI in their place, and gives them back.
 ///
 /// Runs in the render world: the user's components stay as they are.
 fn replace_ambient(
     mut commands: Commands,
     settings: Res<GiSettings>,
     views: Query<(Entity, &ExtractedGiCamera)>,
+    replaced: Query<(Entity, &ReplacedAmbient)>,
 ) {
-    if !settings.replace_ambient {
-        return;
-    }
+    let replaces = |camera: &ExtractedGiCamera| {
+        settings.replace_ambient && camera.active_technique(&settings) != GiTechnique::Off
+    };
     for (view, camera) in &views {
-        if camera.active_technique(&settings) == GiTechnique::Off {
+        if replaces(camera) {
+            commands
+                .entity(view)
+                .insert((
+                    ReplacedAmbient(camera.ambient.clone()),
+                    AmbientLight {
+                        brightness: 0.0,
+                        ..Default::default()
+                    },
+                ))
+                .remove::<bevy::pbr::RenderViewLightProbes<EnvironmentMapLight>>();
+        }
+    }
+    for (view, own) in &replaced {
+        if views.get(view).is_ok_and(|(_, camera)| replaces(camera)) {
             continue;
         }
-        commands
-            .entity(view)
-            .insert(AmbientLight {
-                brightness: 0.0,
-                ..Default::default()
-            })
-            .remove::<bevy::pbr::RenderViewLightProbes<EnvironmentMapLight>>();
+        let mut view = commands.entity(view);
+        view.remove::<ReplacedAmbient>();
+        match &own.0 {
+            Some(ambient) => view.insert(ambient.clone()),
+            None => view.remove::<AmbientLight>(),
+        };
     }
 }

@@ -84,7 +84,7 @@ pub enum GiSky {
     /// (only with [`GiSettings::replace_ambient`]), else black.
     #[default]
     Camera,
-    /// The same luminance from every direction. Linear Rec. 709, nits.
+    /// The same luminance from every direction. Linear Rec. 709, nits, 0..=1000000 each.
     Constant(LinearRgba),
     /// No light from outside.
     Black,
@@ -125,7 +125,7 @@ impl GiQuality {
 /// Values out of range are clamped, with one warning that names field, value and range.
 #[derive(Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct GiSettings {
     /// The technique of every [`GiCamera`](crate::GiCamera) that names none itself.
     pub technique: GiTechnique,
@@ -142,7 +142,7 @@ pub struct GiSettings {
     /// 0..=3, default 1; one more while light changes. More is calmer and less detailed. Cost: proportional to `(2 r + 1)^2`.
     pub denoise_radius: u32,
     /// Leaves out the ambient light and the environment map of GI cameras, and lets their light
-    /// arrive as sky through the scene instead, with occlusion. Default `false`.
+    /// arrive as sky through the scene instead, with occlusion. Default `false`. No cost.
     pub replace_ambient: bool,
     /// Where light from outside of the scene comes from. Default [`GiSky::Camera`].
     pub sky: GiSky,
@@ -196,9 +196,17 @@ impl GiSettings {
             ..Self::default()
         }
     }
-}
 
-impl GiSettings {
+    /// As the papers have it: a gather per pixel, nothing accumulated or filtered.
+    pub fn paper() -> Self {
+        Self {
+            gather_resolution: GatherResolution::Full,
+            history_frames: 1,
+            denoise_radius: 0,
+            ..Self::default()
+        }
+    }
+
     /// Ranges of the numeric fields.
     pub fn ranges() -> Vec<FieldRange> {
         Clamp::ranges::<Self>()
@@ -412,6 +420,7 @@ pub(crate) mod tests {
         for quality in GiQuality::ALL {
             check_preset("GiSettings", &GiSettings::preset(quality));
         }
+        check_preset("GiSettings", &GiSettings::paper());
         // What a file leaves out has its default.
         let partial: GiSettings = ron::from_str("(history_frames: 7)").unwrap();
         assert_eq!(

@@ -131,7 +131,7 @@ const MAY_IMPORT: [(&str, &[&str]); 7] = [
             "technique",
         ],
     ),
-    ("camera.rs", &["settings"]),
+    ("camera.rs", &["gpu", "settings"]),
     ("settings.rs", &[]),
 ];
 

@@ -9,7 +9,7 @@ use bevy_gi::prelude::*;
 
 use super::scenes::SceneView;
 
-/// G, T, V, Q and H, and the text that explains them.
+/// G, T, V, P and H, and the text that explains them.
 pub struct ControlsPlugin {
     /// Lines about the example's own keys.
     pub help: &'static str,

@@ -23,7 +23,7 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{Clamp, Clamped, GiSettings};
+use crate::settings::{Clamp, Clamped, FieldRange, GiSettings};
 
 /// A light's share in global illumination.
 ///
@@ -41,6 +41,11 @@ pub struct GiLight {
 }
 
 impl GiLight {
+    /// Ranges of the numeric fields.
+    pub fn ranges() -> Vec<FieldRange> {
+        Clamp::ranges::<Self>()
+    }
+
     /// A light that does not bounce.
     pub const OFF: Self = Self {
         intensity: 0.0,

@@ -4,7 +4,7 @@ use bevy::{
     app::{App, Plugin, PostUpdate},
     camera::Camera,
     ecs::prelude::*,
-    log::warn_once,
+    log::warn,
     math::{UVec3, Vec3},
     reflect::prelude::*,
     render::{
@@ -46,7 +46,8 @@ pub struct GiVolume {
     /// voxels as they need, rounded up to whole cells of the coarsest mip level.
     pub resolution: u32,
     /// The volume's centre follows the first GI camera, in whole voxels of the coarsest mip level
-    /// that is stable under motion; the transform's translation is an offset. Default `false`.
+    /// that is stable under motion; the transform's translation is an offset. Default `false`. Cost: the
+    /// volume is voxelized and lit again at each step.
     pub follow_camera: bool,
     /// Width of the border over which the volume's light blends into that of coarser volumes or
     /// none, as a fraction of the extent. Range 0..=0.5, default 0.05.
@@ -240,7 +241,7 @@ impl Plugin for VolumePlugin {
 
 /// Clamps every volume and computes its grid.
 pub(crate) fn update_grids(
-    mut volumes: Query<(&mut GiVolume, &GlobalTransform, &mut VolumeGrid)>,
+    mut volumes: Query<(Entity, &mut GiVolume, &GlobalTransform, &mut VolumeGrid)>,
     cameras: Query<(&Camera, &GlobalTransform), With<GiCamera>>,
 ) {
     let camera = cameras
@@ -248,19 +249,19 @@ pub(crate) fn update_grids(
         .filter(|(camera, _)| camera.is_active)
         .min_by_key(|(camera, _)| camera.order)
         .map(|(_, transform)| transform.translation());
-    for (mut volume, transform, mut grid) in &mut volumes {
+    for (entity, mut volume, transform, mut grid) in &mut volumes {
         let mut clamped = *volume;
         if Clamp::apply("GiVolume", &mut clamped) {
             *volume = clamped;
         }
         let follow = camera.filter(|_| volume.follow_camera).unwrap_or_default();
         let new = Grid::new(&volume, transform.translation() + follow, transform.scale());
-        if new.is_none() {
-            warn_once!(
-                "a GiVolume has a transform that is not finite or without size; it is skipped"
+        let first = grid.is_added();
+        if (grid.set_if_neq(VolumeGrid(new)) || first) && new.is_none() {
+            warn!(
+                "GiVolume of {entity}: its transform is not finite or without size; it is skipped"
             );
         }
-        grid.set_if_neq(VolumeGrid(new));
     }
 }
 

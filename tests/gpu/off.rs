@@ -54,6 +54,39 @@ fn a_camera_without_the_component_is_untouched() {
     assert_eq!(different, 0, "values of {} that differ", with.len());
 }
 
+/// Ambient light that a camera's own GI stood in for comes back with `GiTechnique::Off`.
+#[test]
+fn switching_off_gives_the_ambient_light_back() {
+    let [switched, never_on] = [true, false].map(|on_first| {
+        let mut headless = Headless::new(|app| {
+            app.add_plugins(GiPlugins);
+            let mut settings = app.world_mut().resource_mut::<GiSettings>();
+            settings.replace_ambient = true;
+            if !on_first {
+                settings.technique = GiTechnique::Off;
+            }
+        });
+        spawn_cornell(&mut headless);
+        let target = headless.target(UVec2::new(80, 48), TextureFormat::Rgba32Float);
+        let view = cornell::view();
+        headless.app.world_mut().spawn((
+            Camera3d::default(),
+            GiCamera::default(),
+            image_target(&target),
+            Tonemapping::None,
+            DebandDither::Disabled,
+            bevy::camera::Exposure { ev100: view.ev100 },
+            Transform::from_translation(view.eye).looking_at(view.look, Vec3::Y),
+        ));
+        assert!(headless.wait_until(|_| true));
+        let world = headless.app.world_mut();
+        world.resource_mut::<GiSettings>().technique = GiTechnique::Off;
+        headless.steps(4);
+        headless.picture(&target).pixels
+    });
+    assert!(switched == never_on);
+}
+
 #[test]
 fn a_camera_that_is_off_is_untouched() {
     // Without the plugin, a camera of the same making: HDR, deferred, no MSAA.

@@ -27,11 +27,12 @@ pub enum ConeLayout {
 /// The voxels' resolution is that of each [`GiVolume`](crate::GiVolume).
 #[derive(Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct VoxelConeTracingSettings {
-    /// Diffuse cones per gathered pixel. Range 1..=16, default 5. Cost: proportional.
+    /// Diffuse cones per gathered pixel (Freed 2018, section 4.5.2). Range 1..=16, default 5. Cost:
+    /// proportional.
     pub cones: u32,
-    /// How the diffuse cones are arranged.
+    /// How the diffuse cones are arranged. Default [`ConeLayout::Spiral`]. No cost.
     pub cone_layout: ConeLayout,
     /// Full opening angle of a diffuse cone, degrees. Range 10..=90, default 60. Narrower cones are
     /// sharper, see more levels, and cost more steps.
@@ -39,7 +40,8 @@ pub struct VoxelConeTracingSettings {
     /// Step along a cone as a fraction of its diameter. Range 0.25..=1, default 1. Cost:
     /// inversely proportional.
     pub step: f32,
-    /// Most steps along a diffuse cone. Range 1..=256, default 48.
+    /// Most steps along a diffuse cone (Freed 2018, listing 4.1). Range 1..=256, default 48. Cost: that
+    /// of the steps; few cones need so many.
     pub diffuse_steps: u32,
     /// Most steps along a specular cone. Range 1..=256, default 48. Mirrors need many.
     pub specular_steps: u32,
@@ -50,7 +52,7 @@ pub struct VoxelConeTracingSettings {
     /// Larger cells reach back behind that plane, and what lies there shades the surface. Range
     /// 0.1..=4, default 0.18. Cost: smaller cells take more steps.
     pub clearance: f32,
-    /// A cone ends once it is this opaque. Range 0.5..=1, default 0.97.
+    /// A cone ends once it is this opaque (Freed 2018, listing 4.1: 0.95). Range 0.5..=1, default 0.97.
     pub opacity_cutoff: f32,
     /// How often a fully covered cell counts along a cone. A wall is one cell thick at every level,
     /// and is sampled off its centre: too little, and light leaks through it; too much, and things
@@ -67,9 +69,11 @@ pub struct VoxelConeTracingSettings {
     /// 1/2, 1/4 or 1/8. Range 1..=8 (the divisor), default 2. Cost: inversely proportional; a
     /// bounce takes as many frames.
     pub bounce_interval: u32,
-    /// Cones per voxel when bounced light is traced. Range 1..=16, default 6.
+    /// Cones per voxel when bounced light is traced. Range 1..=16, default 6. Cost: proportional, only
+    /// while things change.
     pub bounce_cones: u32,
-    /// Whether a specular cone is traced for glossy and metallic surfaces. Default `true`.
+    /// Whether a specular cone is traced for glossy and metallic surfaces (Crassin 2011, section 7).
+    /// Default `true`. Cost: a cone per gathered pixel of such surfaces.
     pub specular: bool,
 }
 
