@@ -13,12 +13,13 @@ use bevy::{
     render::render_resource::TextureFormat,
     world_serialization::WorldInstance,
 };
-use bevy_gi::{FieldRange, GiSupport, prelude::*};
+use bevy_gi::{FieldRange, GiSupport, prelude::*, reference::ReferenceSettings};
 use clap::Parser;
 use common::{
     adapter, capture,
     controls::ControlsPlugin,
     headless::{Headless, image_target},
+    reference,
     scenes::{SceneView, asset_folder, cornell, sponza},
 };
 use serde::de::DeserializeSeed;
@@ -29,17 +30,17 @@ use serde::de::DeserializeSeed;
 struct Options {
     /// A .gltf or .glb file, or: cornell, sponza.
     scene: Option<String>,
-    /// How indirect light is computed: off, vct.
+    /// How indirect light is computed: off, vct, reference.
     #[arg(long, value_parser = technique)]
-    technique: Option<GiTechnique>,
+    technique: Option<Technique>,
     /// No window: render, write, exit.
     #[arg(long)]
     headless: bool,
     /// Width x height, pixels.
     #[arg(long, default_value = "1280x720", value_parser = size)]
     size: UVec2,
-    /// Frames rendered before the capture, 1/60 s each.
-    #[arg(long, default_value_t = 64)]
+    /// Frames rendered before the capture, 1/60 s each; with the reference, paths a pixel.
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
     /// Camera position x,y,z, metres. Default: the file's first camera, else the whole scene.
     #[arg(long, value_parser = vector)]
@@ -47,20 +48,20 @@ struct Options {
     /// Point that the camera looks at.
     #[arg(long, value_parser = vector)]
     look: Option<Vec3>,
-    /// Vertical field of view, degrees.
-    #[arg(long)]
+    /// Vertical field of view, degrees, 1 to 179.
+    #[arg(long, value_parser = |text: &str| number(text, 1.0, 179.0))]
     fov: Option<f32>,
     /// Adds a sun whose light travels in this direction, in place of the file's lights.
     #[arg(long, value_parser = vector)]
     sun: Option<Vec3>,
     /// Illuminance of that sun, lux.
-    #[arg(long, default_value_t = 10_000.0)]
+    #[arg(long, default_value_t = 10_000.0, value_parser = |text: &str| number(text, 0.0, 1e9))]
     lux: f32,
     /// Constant sky, nits.
-    #[arg(long)]
+    #[arg(long, value_parser = |text: &str| number(text, 0.0, 1e6))]
     sky: Option<f32>,
     /// Exposure value at ISO 100.
-    #[arg(long)]
+    #[arg(long, value_parser = |text: &str| number(text, -20.0, 40.0))]
     ev100: Option<f32>,
     /// What is shown; --list names all.
     #[arg(long, value_parser = view)]
@@ -68,14 +69,14 @@ struct Options {
     /// Sets a field, for example VoxelConeTracingSettings.cones=8. Repeatable.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     sets: Vec<String>,
-    /// Settings as RON: ( settings: (..), vct: (..) ), each optional.
+    /// Settings as RON: ( settings: (..), vct: (..), debug: (..), reference: (..) ), each optional.
     #[arg(long, value_name = "FILE.ron")]
     settings: Option<PathBuf>,
     /// Voxels along the longest side of the volume that is put around the scene.
-    #[arg(long, default_value_t = 128)]
+    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(32..=512))]
     resolution: u32,
     /// Picture: .png as seen, .exr luminances in nits before exposure and tone mapping.
-    #[arg(long)]
+    #[arg(long, value_parser = picture_path)]
     out: Option<PathBuf>,
     /// Adapter, passes, memory and settings as JSON.
     #[arg(long)]
@@ -85,11 +86,29 @@ struct Options {
     list: bool,
 }
 
-fn technique(name: &str) -> Result<GiTechnique, String> {
-    GiTechnique::from_name(name).ok_or_else(|| {
-        let names = GiTechnique::ALL.map(GiTechnique::name).join(", ");
-        format!("no such technique; there are: {names}")
-    })
+/// What `--technique` names.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Technique {
+    Gi(GiTechnique),
+    /// The path tracer.
+    Reference,
+}
+
+/// Names of all techniques.
+fn technique_names() -> String {
+    let names = GiTechnique::ALL.map(GiTechnique::name).join(" ");
+    format!("{names} reference")
+}
+
+fn technique(name: &str) -> Result<Technique, String> {
+    match GiTechnique::from_name(name) {
+        Some(technique) => Ok(Technique::Gi(technique)),
+        None if name == "reference" => Ok(Technique::Reference),
+        None => Err(format!(
+            "no such technique; there are: {}",
+            technique_names()
+        )),
+    }
 }
 
 fn view(name: &str) -> Result<GiView, String> {
@@ -97,6 +116,24 @@ fn view(name: &str) -> Result<GiView, String> {
         let names = GiView::ALL.map(GiView::name).join(", ");
         format!("no such view; there are: {names}")
     })
+}
+
+/// A number in a range.
+fn number(text: &str, min: f32, max: f32) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|value| (min..=max).contains(value))
+        .ok_or(format!("a number from {min} to {max} is wanted"))
+}
+
+fn picture_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let known =
+        |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("png") || e.eq_ignore_ascii_case("exr");
+    match path.extension() {
+        Some(extension) if known(extension) => Ok(path),
+        _ => Err("a .png or .exr file is wanted".into()),
+    }
 }
 
 fn size(text: &str) -> Result<UVec2, String> {
@@ -139,6 +176,8 @@ fn main() -> ExitCode {
 struct SettingsFile {
     settings: GiSettings,
     vct: VoxelConeTracingSettings,
+    debug: GiDebugSettings,
+    reference: ReferenceSettings,
 }
 
 /// Where the scene is, and whether it exists.
@@ -179,16 +218,24 @@ fn configure(world: &mut World, options: &Options) -> Result<(), String> {
         let file: SettingsFile = ron::from_str(&text).map_err(|e| fail(&e))?;
         world.insert_resource(file.settings);
         world.insert_resource(file.vct);
+        world.insert_resource(file.debug);
+        world.insert_resource(file.reference);
+    } else {
+        let mut gi = world.resource_mut::<GiSettings>();
+        gi.replace_ambient = true;
+        if options.headless {
+            gi.sky = GiSky::Black;
+        }
     }
+    world.init_resource::<ReferenceSettings>();
     let mut gi = world.resource_mut::<GiSettings>();
-    gi.replace_ambient = true;
-    if let Some(technique) = options.technique {
-        gi.technique = technique;
+    match options.technique {
+        Some(Technique::Gi(technique)) => gi.technique = technique,
+        Some(Technique::Reference) => gi.technique = GiTechnique::Off,
+        None => {}
     }
     if let Some(nits) = options.sky {
         gi.sky = GiSky::Constant(LinearRgba::rgb(nits, nits, nits));
-    } else if options.headless {
-        gi.sky = GiSky::Black;
     }
     if let Some(view) = options.view {
         world.resource_mut::<GiDebugSettings>().view = view;
@@ -225,6 +272,7 @@ fn apply_set(world: &mut World, set: &str) -> Result<(), String> {
     let new = TypedReflectDeserializer::new(field_type, &registry)
         .deserialize(&mut deserializer)
         .map_err(|e| fail(&e))?;
+    deserializer.end().map_err(|e| fail(&e))?;
     target.apply(&*new);
     Ok(())
 }
@@ -242,6 +290,7 @@ fn settings_mut<'w>(world: &'w mut World, name: &str) -> Option<Mut<'w, dyn Refl
         "GiSettings" => of::<GiSettings>(world),
         "VoxelConeTracingSettings" => of::<VoxelConeTracingSettings>(world),
         "GiDebugSettings" => of::<GiDebugSettings>(world),
+        "ReferenceSettings" => of::<ReferenceSettings>(world),
         _ => return None,
     })
 }
@@ -257,19 +306,17 @@ fn variants(value: &dyn PartialReflect) -> String {
 }
 
 fn list() -> Result<(), String> {
-    println!(
-        "techniques: {}",
-        GiTechnique::ALL.map(GiTechnique::name).join(" ")
-    );
+    println!("techniques: {}", technique_names());
     println!("views: {}", GiView::ALL.map(GiView::name).join(" "));
-    println!("settings, with their defaults and ranges:");
+    println!("settings and components, with their defaults and ranges:");
     let dump = |name: &str, value: &dyn PartialReflect, ranges: Vec<FieldRange>| {
         if let bevy::reflect::ReflectRef::Struct(fields) = value.reflect_ref() {
             for i in 0..fields.field_len() {
                 let field = fields.name_at(i).unwrap_or_default();
                 let value = fields.field_at(i).unwrap();
                 let range = match ranges.iter().find(|range| range.field == field) {
-                    Some(range) => format!("  {}..={}", range.min, range.max),
+                    // Single precision, as the fields have it.
+                    Some(range) => format!("  {}..={}", range.min as f32, range.max as f32),
                     None => variants(value),
                 };
                 println!("  {name}.{field} = {value:?}{range}");
@@ -282,7 +329,10 @@ fn list() -> Result<(), String> {
         &VoxelConeTracingSettings::default(),
         VoxelConeTracingSettings::ranges(),
     );
+    dump("GiVolume", &GiVolume::default(), GiVolume::ranges());
+    dump("GiLight", &GiLight::default(), GiLight::ranges());
     dump("GiDebugSettings", &GiDebugSettings::default(), vec![]);
+    dump("ReferenceSettings", &ReferenceSettings::default(), vec![]);
     Ok(())
 }
 
@@ -304,7 +354,24 @@ fn add_scene(app: &mut App, options: &Options, file: Option<PathBuf>) {
         .insert_resource(SceneFile(file))
         .init_resource::<SceneReady>()
         .add_systems(Startup, spawn_scene)
-        .add_systems(Update, (watch_loading, frame_scene).chain());
+        .add_systems(Update, (watch_loading, frame_scene, show_error).chain());
+}
+
+/// In a window, what went wrong stays on screen.
+fn show_error(mut commands: Commands, ready: Res<SceneReady>, mut shown: Local<bool>) {
+    if let Some(error) = ready.error.as_ref().filter(|_| !*shown) {
+        *shown = true;
+        error!("{error}");
+        commands.spawn((
+            Text::new(error),
+            Node {
+                position_type: PositionType::Absolute,
+                bottom: px(8),
+                left: px(8),
+                ..default()
+            },
+        ));
+    }
 }
 
 #[derive(Resource)]
@@ -338,10 +405,17 @@ fn watch_loading(
     if *spawned || ready.error.is_some() {
         return;
     }
-    if let bevy::asset::LoadState::Failed(error) = server.load_state(&handle.0) {
+    let failed = match server.get_load_states(&handle.0) {
+        Some((bevy::asset::LoadState::Failed(error), ..)) => Some(error.to_string()),
+        // A texture or buffer beside the file.
+        Some((_, _, bevy::asset::RecursiveDependencyLoadState::Failed(error))) => {
+            Some(error.to_string())
+        }
+        _ => None,
+    };
+    if let Some(error) = failed {
         let path = file.0.as_ref().map(|p| p.display().to_string());
         ready.error = Some(format!("{}: {error}", path.unwrap_or_default()));
-        error!("{}", ready.error.as_deref().unwrap_or_default());
         return;
     }
     if let Some(gltf) = gltfs.get(&handle.0)
@@ -380,6 +454,7 @@ fn frame_scene(
         Query<(Entity, &GlobalTransform, &Projection), (With<Camera3d>, Without<GiCamera>)>,
     )>,
     mut camera: Query<(&mut Transform, &mut Projection, &mut Exposure), With<GiCamera>>,
+    mut volumes: Query<&mut GiVolume>,
     mut waited: Local<u32>,
 ) {
     if ready.framed || ready.error.is_some() {
@@ -422,6 +497,9 @@ fn frame_scene(
                 .with_resolution(options.resolution),
             Transform::from_translation(center),
         ));
+    }
+    for mut volume in &mut volumes {
+        volume.resolution = options.resolution;
     }
     // For comparison with a path tracer: lights cast shadows, and end nowhere unless told to.
     for (entity, point, spot, directional) in &mut lights.p0() {
@@ -544,6 +622,12 @@ fn spawn_camera(options: &Options) -> impl Bundle + use<> {
 }
 
 fn window(options: Options) -> Result<(), String> {
+    if options.technique == Some(Technique::Reference) {
+        return Err("--technique reference needs --headless".into());
+    }
+    if options.out.is_some() || options.stats.is_some() {
+        return Err("--out and --stats need --headless".into());
+    }
     let file = scene_path(&options)?;
     let mut app = App::new();
     app.add_plugins(
@@ -624,30 +708,41 @@ fn headless(options: Options) -> Result<(), String> {
     if let Some(error) = headless.pipeline_errors().first() {
         return Err(format!("a shader failed: {error}"));
     }
+    let exposure = headless
+        .app
+        .world()
+        .get::<Exposure>(camera)
+        .copied()
+        .unwrap_or_default()
+        .exposure();
     // From here on nothing depends on how long loading took.
-    headless.app.world_mut().resource_mut::<GiHistory>().reset();
-    headless.steps(options.frames.max(1));
-    let stats = options
-        .stats
-        .is_some()
-        .then(|| capture::statistics(&headless));
-    let picture = headless.picture(&target);
-    if let Some(path) = &options.out {
-        let exposure = headless
-            .app
-            .world()
-            .get::<Exposure>(camera)
-            .copied()
-            .unwrap_or_default();
-        let scale = if view.is_luminance() {
-            exposure.exposure()
+    let picture = if options.technique == Some(Technique::Reference) {
+        let world = headless.app.world_mut();
+        let settings = *world.resource::<ReferenceSettings>();
+        let samples = options.frames.max(1);
+        let traced = reference::trace(world, camera, options.size, samples, settings)?;
+        let picture = reference::picture(&traced, view, exposure)?;
+        if exr {
+            picture
+        } else if linear {
+            picture.encoded()
         } else {
-            1.0
-        };
+            reference::show(headless.app.world_mut(), &picture, &target);
+            headless.wait_until(|_| true);
+            headless.picture(&target)
+        }
+    } else {
+        headless.app.world_mut().resource_mut::<GiHistory>().reset();
+        headless.steps(options.frames.max(1));
+        headless.picture(&target)
+    };
+    if let Some(path) = &options.out {
+        let scale = if view.is_luminance() { exposure } else { 1.0 };
         capture::write(&picture, if exr { scale } else { 1.0 }, path)?;
         println!("{}", path.display());
     }
-    if let (Some(path), Some(stats)) = (&options.stats, stats) {
+    if let Some(path) = &options.stats {
+        let stats = capture::statistics(&headless);
         let text = serde_json::to_string_pretty(&stats).map_err(|e| e.to_string())?;
         std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))?;
         println!("{}", path.display());

@@ -41,6 +41,8 @@ mod debug;
 mod forward_views;
 mod gpu;
 mod plugins;
+#[cfg(feature = "reference")]
+pub mod reference;
 pub mod scene;
 mod schedule;
 mod settings;

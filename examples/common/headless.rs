@@ -54,6 +54,17 @@ pub struct Picture {
     pub pixels: Vec<[f32; 4]>,
 }
 
+impl Picture {
+    /// The same, encoded as sRGB.
+    pub fn encoded(mut self) -> Self {
+        for pixel in &mut self.pixels {
+            let [r, g, b, a] = *pixel;
+            *pixel = Srgba::from(LinearRgba::new(r, g, b, a)).to_f32_array();
+        }
+        self
+    }
+}
+
 impl Headless {
     /// An app with all of Bevy but a window, and `configure` on top.
     pub fn new(configure: impl FnOnce(&mut App)) -> Self {

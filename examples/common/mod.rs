@@ -5,4 +5,5 @@ pub mod adapter;
 pub mod capture;
 pub mod controls;
 pub mod headless;
+pub mod reference;
 pub mod scenes;

@@ -1,0 +1,189 @@
+//! The truth: a path tracer on the CPU over the same Bevy world (feature `reference`).
+//!
+//! It reads the world as it stands, and computes what the techniques approximate: light along all
+//! paths, with Bevy's own materials (see `bsdf.rs`), lights and sky. Errors of techniques are measured
+//! against it.
+//!
+//! # How
+//!
+//! Unidirectional path tracing with next-event estimation to every light, to emissive triangles and to
+//! image skies, weighted against sampling of the material (Veach 1997, balance heuristic); Russian
+//! roulette from the third bounce on; Owen-scrambled Sobol points (Burley 2020). A result depends on
+//! scene, camera, settings and number of samples, and on nothing else: not on threads, not on time.
+//!
+//! # What is direct, what is indirect
+//!
+//! As in the viewer: *direct* is what a camera shows with the technique off, emission as it is seen plus
+//! one reflection of Bevy's lights; all else is *indirect*, the light of emissive surfaces and of the sky
+//! included.
+//!
+//! # What it does not do
+//!
+//! See-through materials are left out, as from the capture of the techniques. Clearcoat, anisotropy,
+//! transmission, fog and ambient occlusion maps are not looked at. Lights have no radius, and always cast
+//! shadows. [`GiLight`](crate::GiLight) is not looked at: it says what a technique shall show, not what
+//! is true. Rect lights reflect like all others; Bevy's own shader takes Lambert's law for them.
+
+mod bsdf;
+mod film;
+mod geometry;
+mod integrator;
+mod lights;
+mod sampler;
+mod scene;
+mod texture;
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
+
+use bevy::{
+    ecs::{prelude::ReflectResource, resource::Resource},
+    math::{UVec2, Vec3},
+    reflect::prelude::*,
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+pub use integrator::ReferenceCamera;
+pub use scene::ReferenceScene;
+
+use film::Film;
+use sampler::Sampler;
+
+/// The diffuse lobe of materials.
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+pub enum DiffuseModel {
+    /// Burley's, as Bevy has it for its lights.
+    #[default]
+    Bevy,
+    /// Lambert's law, as Bevy has it for light from probes, and as other path tracers have it.
+    Lambert,
+}
+
+/// Parameters of the path tracer.
+#[derive(Resource, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
+#[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ReferenceSettings {
+    /// Most reflections between the first surface and the light, 0 = none: direct light and emission
+    /// alone. Default 64; Russian roulette ends paths without bias long before.
+    pub max_bounces: u32,
+    /// Scrambles the sampling points. Default 0.
+    pub seed: u32,
+    /// The diffuse lobe. Default [`DiffuseModel::Bevy`].
+    pub diffuse: DiffuseModel,
+    /// Whether the sky is seen behind the scene. Default `true`.
+    pub show_sky: bool,
+}
+
+impl Default for ReferenceSettings {
+    fn default() -> Self {
+        Self {
+            max_bounces: 64,
+            seed: 0,
+            diffuse: DiffuseModel::Bevy,
+            show_sky: true,
+        }
+    }
+}
+
+/// A part of the result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ReferenceView {
+    /// All light, nits.
+    #[default]
+    Full,
+    /// What a camera shows without global illumination, nits.
+    Direct,
+    /// The rest, nits.
+    Indirect,
+    /// The part of it that the first surface reflects diffusely, nits.
+    Diffuse,
+    /// The part that it reflects specularly, nits.
+    Specular,
+    /// Diffuse albedo of the first surface.
+    Albedo,
+    /// Its shading normal in the world.
+    Normal,
+}
+
+/// A picture that gets better with every sample.
+pub struct Reference {
+    scene: Arc<ReferenceScene>,
+    settings: ReferenceSettings,
+    camera: ReferenceCamera,
+    film: Film,
+}
+
+impl Reference {
+    /// An empty picture of `size` pixels.
+    pub fn new(
+        scene: Arc<ReferenceScene>,
+        camera: ReferenceCamera,
+        size: UVec2,
+        settings: ReferenceSettings,
+    ) -> Self {
+        Self {
+            scene,
+            settings,
+            camera,
+            film: Film::new(size),
+        }
+    }
+
+    /// Pixels.
+    pub fn size(&self) -> UVec2 {
+        self.film.size
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> ReferenceCamera {
+        self.camera
+    }
+
+    /// Least number of paths of a pixel.
+    pub fn samples(&self) -> u32 {
+        self.film.pixels.iter().map(|p| p.count).min().unwrap_or(0)
+    }
+
+    /// Traces until each pixel has `samples` paths more than the least has now, on all cores. Once `stop`
+    /// is set it returns soon, and keeps what it has. Calls `progress` with each row that is done.
+    pub fn render(&mut self, samples: u32, stop: &AtomicBool, progress: impl Fn() + Sync) {
+        let target = self.samples() + samples;
+        let width = self.film.size.x.max(1);
+        let Self {
+            scene,
+            settings,
+            camera,
+            film,
+        } = self;
+        let size = film.size;
+        film.pixels
+            .par_chunks_mut(width as usize)
+            .enumerate()
+            .for_each(|(y, row)| {
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    if stop.load(Ordering::Relaxed) {
+                        return;
+                    }
+                    let at = UVec2::new(x as u32, y as u32);
+                    while pixel.count < target {
+                        let mut sampler =
+                            Sampler::new(at.y * width + at.x, pixel.count, settings.seed);
+                        let sample =
+                            integrator::trace(scene, settings, camera, size, at, &mut sampler);
+                        pixel.add(&sample);
+                    }
+                }
+                progress();
+            });
+    }
+
+    /// The picture so far, row by row from the top.
+    pub fn picture(&self, view: ReferenceView) -> Vec<Vec3> {
+        self.film.picture(view)
+    }
+}

@@ -1,0 +1,765 @@
+//! The Bevy world, as the path tracer sees it.
+
+use std::collections::HashMap;
+
+use bevy::{
+    asset::{AssetId, Assets, Handle},
+    camera::visibility::InheritedVisibility,
+    color::{Color, ColorToComponents},
+    ecs::prelude::*,
+    image::Image,
+    light::{
+        AmbientLight, DirectionalLight, EnvironmentMapLight, GlobalAmbientLight, PointLight,
+        RectLight, Skybox, SpotLight,
+    },
+    log::warn,
+    material::AlphaMode,
+    math::{Affine2, Affine3A, Mat4, Quat, Vec2, Vec3, Vec3A, Vec4},
+    mesh::{
+        Indices, Mesh, Mesh3d, MeshVertexAttributeId, PrimitiveTopology, UvChannel,
+        VertexAttributeValues,
+        morph::{MeshMorphWeights, MorphWeights},
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    },
+    pbr::{MeshMaterial3d, StandardMaterial},
+    render::render_resource::Face as CullFace,
+    transform::components::GlobalTransform,
+};
+
+use super::{
+    bsdf::Surface,
+    geometry::{Face, Facing, Geometry, Hit},
+    lights::{Distribution, Light, Sky, SkyMap},
+    texture::{Cubemap, Texture},
+};
+use crate::{
+    camera::GiCamera,
+    scene::visibility::NotGiCaster,
+    settings::{EmissiveUnits, GiSettings, GiSky},
+};
+
+/// A texture of a material, and which texture coordinates it takes.
+#[derive(Clone, Copy)]
+struct Slot {
+    texture: u32,
+    channel: usize,
+}
+
+/// A `StandardMaterial`.
+struct Material {
+    base_color: Vec4,
+    base_color_texture: Option<Slot>,
+    /// Nits: what it lights its surroundings with, and what a camera sees of it.
+    emission: Vec3,
+    emission_seen: Vec3,
+    emission_texture: Option<Slot>,
+    roughness: f32,
+    metallic: f32,
+    metallic_roughness_texture: Option<Slot>,
+    reflectance: Vec3,
+    normal_texture: Option<(Slot, bool)>,
+    uv_transform: Affine2,
+    /// Alpha below which there is nothing.
+    mask: Option<f32>,
+    unlit: bool,
+}
+
+/// Everything that light paths meet. Made from a world by [`ReferenceScene::new`]; it does not change
+/// with the world afterwards.
+pub struct ReferenceScene {
+    pub(super) geometry: Geometry,
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    pub(super) lights: Vec<Light>,
+    pub(super) sky: Sky,
+    /// Faces that shine, and how they are chosen.
+    emitters: Vec<u32>,
+    emitter_choice: Distribution,
+    /// Index in `emitters` by face, +1.
+    emitter_of_face: HashMap<u32, u32>,
+    /// Of kinds of light: each of `lights`, then all emitters together, then the sky.
+    pub(super) light_choice: Distribution,
+    /// What could not be taken over, in words.
+    warnings: Vec<String>,
+}
+
+/// A point of a surface, as a path meets it.
+pub(super) struct Vertex {
+    pub position: Vec3,
+    /// Of the triangle, on the side from which it is seen.
+    pub geometric_normal: Vec3,
+    pub shading_normal: Vec3,
+    pub surface: Surface,
+    /// Nits, as light and as seen.
+    pub emission: Vec3,
+    pub emission_seen: Vec3,
+}
+
+impl ReferenceScene {
+    /// Takes over the world as it stands: visible meshes with a `StandardMaterial`, all lights, and the
+    /// sky. Transforms must have been propagated.
+    pub fn new(world: &mut World) -> Self {
+        let settings = world
+            .get_resource::<GiSettings>()
+            .cloned()
+            .unwrap_or_default();
+        let (exposure, sky) = camera_sky(world, &settings);
+        let mut builder = Builder {
+            exposure: exposure.max(1e-12),
+            units: settings.emissive_units,
+            ..Default::default()
+        };
+        builder.meshes(world);
+        let lights = lights(world);
+        let mut warnings = builder.warnings;
+        let sky = sky.unwrap_or_else(|why| {
+            warnings.push(format!("the sky is left out: {why}"));
+            Sky::Constant(Vec3::ZERO)
+        });
+        for warning in &warnings {
+            warn!("reference: {warning}");
+        }
+        Self::assemble(
+            builder.faces,
+            builder.materials,
+            builder.textures,
+            lights,
+            sky,
+            warnings,
+        )
+    }
+
+    fn assemble(
+        faces: Vec<Face>,
+        materials: Vec<Material>,
+        textures: Vec<Texture>,
+        lights: Vec<Light>,
+        sky: Sky,
+        warnings: Vec<String>,
+    ) -> Self {
+        let geometry = Geometry::new(faces);
+        let mut emitters = Vec::new();
+        let mut powers = Vec::new();
+        for (i, face) in geometry.faces.iter().enumerate() {
+            let material = &materials[face.material as usize];
+            let texture = material.emission_texture.map_or(Vec3::ONE, |slot| {
+                textures[slot.texture as usize].mean().truncate()
+            });
+            let emission = (material.emission * texture).element_sum();
+            if emission > 0.0 && !face.facing.camera_only && face.area() > 0.0 {
+                emitters.push(i as u32);
+                powers.push(emission * face.area());
+            }
+        }
+        let emitter_choice = Distribution::new(powers.iter().copied());
+        let radius = geometry
+            .faces
+            .iter()
+            .flat_map(|face| face.corners)
+            .fold(0.0f32, |r, p| r.max(p.length()));
+        // Lights by their power, and each at least sometimes: what is near is not known here.
+        let emitted = std::f32::consts::PI * powers.iter().sum::<f32>() / 3.0;
+        let map = if sky.is_sampled() { 1.0 } else { 0.0 };
+        let mut weights: Vec<f32> = lights.iter().map(|light| light.power(radius)).collect();
+        weights.push(emitted);
+        let total: f32 = weights.iter().sum();
+        let sources = weights.iter().filter(|w| **w > 0.0).count().max(1) as f32;
+        for weight in &mut weights {
+            if *weight > 0.0 {
+                *weight = 0.5 * *weight / total + 0.5 / sources;
+            }
+        }
+        let others: f32 = weights.iter().sum();
+        weights.push(map * others.max(1e-6));
+        Self {
+            light_choice: Distribution::new(weights),
+            emitter_of_face: emitters
+                .iter()
+                .enumerate()
+                .map(|(i, face)| (*face, i as u32 + 1))
+                .collect(),
+            geometry,
+            materials,
+            textures,
+            lights,
+            sky,
+            emitters,
+            emitter_choice,
+            warnings,
+        }
+    }
+
+    /// Triangles.
+    pub fn triangles(&self) -> usize {
+        self.geometry.faces.len()
+    }
+
+    /// What could not be taken over from the world, in words.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn uv(&self, face: &Face, barycentric: Vec2, channel: usize, transform: Affine2) -> Vec2 {
+        let [a, b, c] = face.uvs[channel];
+        transform.transform_point2(mix(a, b, c, barycentric))
+    }
+
+    fn sample(&self, slot: Slot, face: &Face, barycentric: Vec2, material: &Material) -> Vec4 {
+        let uv = self.uv(face, barycentric, slot.channel, material.uv_transform);
+        self.textures[slot.texture as usize].sample(uv)
+    }
+
+    fn base_color(&self, face: &Face, barycentric: Vec2, material: &Material) -> Vec4 {
+        let [a, b, c] = face.colors.map(Vec4::from_array);
+        let color = mix(a, b, c, barycentric) * material.base_color;
+        match material.base_color_texture {
+            Some(slot) => color * self.sample(slot, face, barycentric, material),
+            None => color,
+        }
+    }
+
+    /// Whether there is something at a point of a masked face.
+    pub(super) fn is_opaque(&self, hit: &Hit) -> bool {
+        let face = &self.geometry.faces[hit.face as usize];
+        let material = &self.materials[face.material as usize];
+        material
+            .mask
+            .is_none_or(|mask| self.base_color(face, hit.barycentric, material).w >= mask)
+    }
+
+    /// The surface at a hit, for what comes along `direction`.
+    pub(super) fn vertex(&self, hit: &Hit, direction: Vec3) -> Vertex {
+        let face = &self.geometry.faces[hit.face as usize];
+        let material = &self.materials[face.material as usize];
+        let at = hit.barycentric;
+        let [a, b, c] = face.corners;
+        let mut geometric = face.cross().normalize_or(Vec3::Y);
+        let side = if geometric.dot(direction) > 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        geometric *= side;
+        let [na, nb, nc] = face.normals;
+        let mut shading = mix(na, nb, nc, at).normalize_or(geometric) * side;
+        if let Some((slot, flip)) = material.normal_texture {
+            let mut n = self.sample(slot, face, at, material).truncate() * 2.0 - 1.0;
+            if flip {
+                n.y = -n.y;
+            }
+            let [ta, tb, tc] = face.tangents.map(|(t, _)| t);
+            let tangent = mix(ta, tb, tc, at);
+            // As MikkTSpace has it: nothing is normalized before the sum.
+            let bitangent = (shading * side).cross(tangent) * face.tangents[0].1;
+            let mapped = n.x * tangent + n.y * bitangent + n.z * shading * side;
+            shading = (mapped * side).normalize_or(shading);
+        }
+        let color = self.base_color(face, at, material);
+        let (mut roughness, mut metallic) = (material.roughness, material.metallic);
+        if let Some(slot) = material.metallic_roughness_texture {
+            let texel = self.sample(slot, face, at, material);
+            roughness *= texel.y;
+            metallic *= texel.z;
+        }
+        let texture = material.emission_texture.map_or(Vec3::ONE, |slot| {
+            self.sample(slot, face, at, material).truncate()
+        });
+        let base_color = color.truncate().clamp(Vec3::ZERO, Vec3::ONE);
+        let (emission, emission_seen) = if material.unlit {
+            (
+                material.emission * base_color,
+                material.emission_seen * base_color,
+            )
+        } else {
+            (
+                material.emission * texture,
+                material.emission_seen * texture,
+            )
+        };
+        let black = material.unlit;
+        Vertex {
+            position: mix(a, b, c, at),
+            geometric_normal: geometric,
+            shading_normal: shading,
+            surface: Surface {
+                base_color: if black { Vec3::ZERO } else { base_color },
+                perceptual_roughness: roughness,
+                metallic,
+                reflectance: if black {
+                    Vec3::ZERO
+                } else {
+                    material.reflectance
+                },
+            },
+            emission,
+            emission_seen,
+        }
+    }
+
+    /// A point of a face that shines, chosen by `u`: where, its face, and the density of such points per
+    /// square metre.
+    pub(super) fn emitter(&self, u: [f32; 2]) -> (Hit, Vec3, f32) {
+        let (i, p, rest) = self.emitter_choice.sample(u[0]);
+        let index = self.emitters[i];
+        let face = &self.geometry.faces[index as usize];
+        let root = rest.sqrt();
+        let barycentric = Vec2::new(root * (1.0 - u[1]), root * u[1]);
+        let [a, b, c] = face.corners;
+        let hit = Hit {
+            face: index,
+            distance: 0.0,
+            barycentric,
+        };
+        (hit, mix(a, b, c, barycentric), p / face.area())
+    }
+
+    /// Whether a face is met from `direction` at all.
+    pub(super) fn is_met(&self, face: u32, direction: Vec3) -> bool {
+        let face = &self.geometry.faces[face as usize];
+        if face.cross().dot(direction) < 0.0 {
+            face.facing.front
+        } else {
+            face.facing.back
+        }
+    }
+
+    /// Density of points of a face among those of all that shine, per square metre.
+    pub(super) fn emitter_density(&self, face: u32) -> f32 {
+        match self.emitter_of_face.get(&face) {
+            Some(i) => {
+                let p = self.emitter_choice.probability(*i as usize - 1);
+                p / self.geometry.faces[face as usize].area()
+            }
+            None => 0.0,
+        }
+    }
+}
+
+/// Linear interpolation over a triangle.
+fn mix<T>(a: T, b: T, c: T, at: Vec2) -> T
+where
+    T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
+{
+    a * (1.0 - at.x - at.y) + b * at.x + c * at.y
+}
+
+fn linear(color: Color) -> Vec3 {
+    color.to_linear().to_vec3()
+}
+
+/// Lights of all kinds.
+fn lights(world: &mut World) -> Vec<Light> {
+    let mut lights = Vec::new();
+    let mut query = world.query::<(&DirectionalLight, &GlobalTransform, &InheritedVisibility)>();
+    for (light, transform, visible) in query.iter(world) {
+        if visible.get() {
+            lights.push(Light::Directional {
+                lux: linear(light.color) * light.illuminance,
+                direction: transform.forward().into(),
+            });
+        }
+    }
+    let mut query = world.query::<(&PointLight, &GlobalTransform, &InheritedVisibility)>();
+    for (light, transform, visible) in query.iter(world) {
+        if visible.get() {
+            lights.push(Light::Point {
+                position: transform.translation(),
+                candela: linear(light.color) * light.intensity / (4.0 * std::f32::consts::PI),
+                range: light.range,
+                spot: None,
+            });
+        }
+    }
+    let mut query = world.query::<(&SpotLight, &GlobalTransform, &InheritedVisibility)>();
+    for (light, transform, visible) in query.iter(world) {
+        if visible.get() {
+            lights.push(Light::Point {
+                position: transform.translation(),
+                candela: linear(light.color) * light.intensity / (4.0 * std::f32::consts::PI),
+                range: light.range,
+                spot: Some((
+                    transform.forward().into(),
+                    light.inner_angle.cos(),
+                    light.outer_angle.cos(),
+                )),
+            });
+        }
+    }
+    let mut query = world.query::<(&RectLight, &GlobalTransform, &InheritedVisibility)>();
+    for (light, transform, visible) in query.iter(world) {
+        if visible.get() {
+            let matrix = transform.affine().matrix3;
+            let half = [
+                Vec3::from(matrix.x_axis) * light.width * 0.5,
+                Vec3::from(matrix.y_axis) * light.height * 0.5,
+            ];
+            let area = 4.0 * half[0].length() * half[1].length();
+            lights.push(Light::Rect {
+                center: transform.translation(),
+                half,
+                normal: transform.forward().into(),
+                nits: linear(light.color) * light.intensity
+                    / (std::f32::consts::PI * area.max(1e-6)),
+                range: light.range,
+            });
+        }
+    }
+    lights
+}
+
+type CameraSky = (
+    &'static bevy::camera::Camera,
+    Option<&'static bevy::camera::Exposure>,
+    Option<&'static EnvironmentMapLight>,
+    Option<&'static Skybox>,
+    Option<&'static AmbientLight>,
+);
+
+/// Exposure of the first GI camera, and the sky as [`GiSettings::sky`] has it.
+fn camera_sky(world: &mut World, settings: &GiSettings) -> (f32, Result<Sky, String>) {
+    let mut query = world.query_filtered::<CameraSky, With<GiCamera>>();
+    let camera = query
+        .iter(world)
+        .filter(|(camera, ..)| camera.is_active)
+        .min_by_key(|(camera, ..)| camera.order);
+    let exposure = camera
+        .and_then(|(_, exposure, ..)| exposure.copied())
+        .unwrap_or_default()
+        .exposure();
+    let map = |image: &Handle<Image>, scale: f32, rotation: Quat| -> Result<Sky, String> {
+        let images = world.resource::<Assets<Image>>();
+        let image = images.get(image).ok_or("its image is not loaded")?;
+        let map = Cubemap::new(image)?;
+        Ok(Sky::Map(SkyMap::new(map, scale, rotation.inverse())))
+    };
+    let sky = match (settings.sky, camera) {
+        (GiSky::Constant(color), _) => Ok(Sky::Constant(color.to_vec3())),
+        (GiSky::Black, _) | (GiSky::Camera, None) => Ok(Sky::Constant(Vec3::ZERO)),
+        (GiSky::Camera, Some((_, _, environment, skybox, ambient))) => {
+            if let Some(light) = environment {
+                map(&light.specular_map, light.intensity, light.rotation)
+            } else if let Some((skybox, image)) = skybox.and_then(|s| Some((s, s.image.as_ref()?)))
+            {
+                map(image, skybox.brightness, skybox.rotation)
+            } else if settings.replace_ambient {
+                let global = world.get_resource::<GlobalAmbientLight>();
+                let (color, brightness) = match (ambient, global) {
+                    (Some(a), _) => (a.color, a.brightness),
+                    (None, Some(a)) => (a.color, a.brightness),
+                    (None, None) => Default::default(),
+                };
+                Ok(Sky::Constant(linear(color) * brightness))
+            } else {
+                Ok(Sky::Constant(Vec3::ZERO))
+            }
+        }
+    };
+    (exposure, sky)
+}
+
+type MeshData = (
+    &'static Mesh3d,
+    &'static MeshMaterial3d<StandardMaterial>,
+    &'static GlobalTransform,
+    &'static InheritedVisibility,
+    Has<NotGiCaster>,
+    Option<&'static SkinnedMesh>,
+    Option<&'static MeshMorphWeights>,
+);
+
+/// Collects faces, materials and textures.
+#[derive(Default)]
+struct Builder {
+    exposure: f32,
+    units: EmissiveUnits,
+    faces: Vec<Face>,
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    known_materials: HashMap<AssetId<StandardMaterial>, Option<u32>>,
+    known_textures: HashMap<AssetId<Image>, Option<u32>>,
+    warnings: Vec<String>,
+}
+
+impl Builder {
+    fn meshes(&mut self, world: &mut World) {
+        let mut query = world.query::<MeshData>();
+        let world = &*world;
+        let (Some(meshes), Some(materials), Some(images)) = (
+            world.get_resource::<Assets<Mesh>>(),
+            world.get_resource::<Assets<StandardMaterial>>(),
+            world.get_resource::<Assets<Image>>(),
+        ) else {
+            return;
+        };
+        for (mesh, handle, transform, visible, camera_only, skin, morph) in query.iter(world) {
+            if !visible.get() || !transform.affine().is_finite() {
+                continue;
+            }
+            let (Some(mesh), Some(standard)) = (meshes.get(&mesh.0), materials.get(&handle.0))
+            else {
+                continue;
+            };
+            let Some(material) = self.material(handle.0.id(), standard, images) else {
+                continue;
+            };
+            let facing = Facing {
+                front: standard.cull_mode != Some(CullFace::Front),
+                back: standard.cull_mode != Some(CullFace::Back),
+                camera_only,
+                masked: self.materials[material as usize].mask.is_some(),
+            };
+            let weights = morph.and_then(|morph| match morph {
+                MeshMorphWeights::Value { weights } => Some(&weights[..]),
+                MeshMorphWeights::Reference(entity) => world
+                    .get::<MorphWeights>(*entity)
+                    .map(MorphWeights::weights),
+            });
+            let joints = skin.and_then(|skin| joints(world, skin));
+            let placed = Placed {
+                transform: transform.affine(),
+                joints,
+                weights,
+                material,
+                facing,
+            };
+            if let Err(why) = placed.faces(mesh, &mut self.faces) {
+                self.warn(format!("a mesh is left out: {why}"));
+            }
+        }
+    }
+
+    fn warn(&mut self, warning: String) {
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+    }
+
+    /// The index of a material; `None` if it is see-through.
+    fn material(
+        &mut self,
+        id: AssetId<StandardMaterial>,
+        m: &StandardMaterial,
+        images: &Assets<Image>,
+    ) -> Option<u32> {
+        if let Some(known) = self.known_materials.get(&id) {
+            return *known;
+        }
+        let mask = match m.alpha_mode {
+            AlphaMode::Opaque => Some(None),
+            AlphaMode::Mask(cutoff) => Some(Some(cutoff)),
+            AlphaMode::AlphaToCoverage => Some(Some(0.5)),
+            _ => None,
+        };
+        let Some(mask) = mask.filter(|_| m.specular_transmission == 0.0) else {
+            self.warn("see-through materials are left out".into());
+            self.known_materials.insert(id, None);
+            return None;
+        };
+        let mut slot = |texture: &Option<Handle<Image>>, channel: &UvChannel| {
+            let texture = self.texture(texture.as_ref()?, images)?;
+            let channel = match channel {
+                UvChannel::Uv0 => 0,
+                UvChannel::Uv1 => 1,
+            };
+            Some(Slot { texture, channel })
+        };
+        let base_color_texture = slot(&m.base_color_texture, &m.base_color_channel);
+        let emission_texture = slot(&m.emissive_texture, &m.emissive_channel);
+        let metallic_roughness_texture =
+            slot(&m.metallic_roughness_texture, &m.metallic_roughness_channel);
+        let normal_texture =
+            slot(&m.normal_map_texture, &m.normal_map_channel).map(|s| (s, m.flip_normal_map_y));
+        let emissive = m.emissive.to_vec3();
+        // As Bevy shows it: `emissive * mix(1, exposure, weight)` against `nits * exposure`.
+        let weight = m.emissive_exposure_weight;
+        let seen = (1.0 - weight) / self.exposure + weight;
+        let (emission, emission_seen) = match (m.unlit, self.units) {
+            (false, EmissiveUnits::AsSeen) => (emissive * seen, emissive * seen),
+            (false, EmissiveUnits::Nits) => (emissive, emissive * seen),
+            (true, EmissiveUnits::AsSeen) => (
+                Vec3::splat(1.0 / self.exposure),
+                Vec3::splat(1.0 / self.exposure),
+            ),
+            (true, EmissiveUnits::Nits) => (Vec3::ZERO, Vec3::splat(1.0 / self.exposure)),
+        };
+        let index = self.materials.len() as u32;
+        self.materials.push(Material {
+            base_color: Vec4::from_array(m.base_color.to_linear().to_f32_array()),
+            base_color_texture,
+            emission: emission.max(Vec3::ZERO),
+            emission_seen: emission_seen.max(Vec3::ZERO),
+            emission_texture,
+            roughness: m.perceptual_roughness,
+            metallic: m.metallic,
+            metallic_roughness_texture,
+            reflectance: m.reflectance * linear(m.specular_tint),
+            normal_texture,
+            uv_transform: m.uv_transform,
+            mask,
+            unlit: m.unlit,
+        });
+        self.known_materials.insert(id, Some(index));
+        Some(index)
+    }
+
+    fn texture(&mut self, handle: &Handle<Image>, images: &Assets<Image>) -> Option<u32> {
+        if let Some(known) = self.known_textures.get(&handle.id()) {
+            return *known;
+        }
+        let texture = images
+            .get(handle)
+            .ok_or("it is not loaded".into())
+            .and_then(Texture::new);
+        let index = match texture {
+            Ok(texture) => {
+                self.textures.push(texture);
+                Some(self.textures.len() as u32 - 1)
+            }
+            Err(why) => {
+                self.warn(format!("a texture is left out: {why}"));
+                None
+            }
+        };
+        self.known_textures.insert(handle.id(), index);
+        index
+    }
+}
+
+/// World matrices of a skin's joints.
+fn joints(world: &World, skin: &SkinnedMesh) -> Option<Vec<Mat4>> {
+    let poses = world
+        .get_resource::<Assets<SkinnedMeshInverseBindposes>>()?
+        .get(&skin.inverse_bindposes)?;
+    skin.joints
+        .iter()
+        .zip(poses.iter())
+        .map(|(joint, pose)| Some(world.get::<GlobalTransform>(*joint)?.to_matrix() * *pose))
+        .collect()
+}
+
+/// A mesh in its place.
+struct Placed<'a> {
+    transform: Affine3A,
+    joints: Option<Vec<Mat4>>,
+    weights: Option<&'a [f32]>,
+    material: u32,
+    facing: Facing,
+}
+
+impl Placed<'_> {
+    fn faces(&self, mesh: &Mesh, out: &mut Vec<Face>) -> Result<(), String> {
+        if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
+            return Err("it is no triangle list".into());
+        }
+        let attribute = |id: MeshVertexAttributeId| mesh.try_attribute_option(id).ok().flatten();
+        let vec3 = |id: MeshVertexAttributeId| match attribute(id) {
+            Some(VertexAttributeValues::Float32x3(values)) => Some(values),
+            _ => None,
+        };
+        let positions = vec3(Mesh::ATTRIBUTE_POSITION.id)
+            .ok_or("its positions are on the GPU only, or not there")?;
+        let normals = vec3(Mesh::ATTRIBUTE_NORMAL.id);
+        let uvs =
+            [Mesh::ATTRIBUTE_UV_0.id, Mesh::ATTRIBUTE_UV_1.id].map(|id| match attribute(id) {
+                Some(VertexAttributeValues::Float32x2(values)) => Some(values),
+                _ => None,
+            });
+        let tangents = match attribute(Mesh::ATTRIBUTE_TANGENT.id) {
+            Some(VertexAttributeValues::Float32x4(values)) => Some(values),
+            _ => None,
+        };
+        let color = |i: usize| match attribute(Mesh::ATTRIBUTE_COLOR.id) {
+            Some(VertexAttributeValues::Float32x4(values)) => values[i],
+            Some(VertexAttributeValues::Unorm8x4(values)) => {
+                values[i].map(|b| f32::from(b) / 255.0)
+            }
+            _ => [1.0; 4],
+        };
+        let joint_indices = match attribute(Mesh::ATTRIBUTE_JOINT_INDEX.id) {
+            Some(VertexAttributeValues::Uint16x4(values)) => Some(values),
+            _ => None,
+        };
+        let joint_weights = match attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT.id) {
+            Some(VertexAttributeValues::Float32x4(values)) => Some(values),
+            _ => None,
+        };
+        let targets = mesh.get_morph_targets();
+
+        // Position, normal and tangent of a vertex in the world.
+        let vertex = |i: usize| -> (Vec3, Option<Vec3>, Option<(Vec3, f32)>) {
+            let mut p = Vec3::from_array(positions[i]);
+            let mut n = normals.map(|n| Vec3::from_array(n[i]));
+            let mut t = tangents.map(|t| (Vec3::from_slice(&t[i][..3]), t[i][3]));
+            if let (Some(weights), Some(targets)) = (self.weights, targets) {
+                for (target, weight) in weights.iter().enumerate() {
+                    if let Some(delta) = targets.get(target * positions.len() + i) {
+                        p += delta.position * *weight;
+                        n = n.map(|n| n + delta.normal * *weight);
+                        t = t.map(|(t, sign)| (t + delta.tangent * *weight, sign));
+                    }
+                }
+            }
+            let skinned = match (&self.joints, joint_indices, joint_weights) {
+                (Some(joints), Some(indices), Some(weights)) => {
+                    let mut matrix = Mat4::ZERO;
+                    for (joint, weight) in indices[i].iter().zip(weights[i]) {
+                        if let Some(joint) = joints.get(*joint as usize) {
+                            matrix += *joint * weight;
+                        }
+                    }
+                    Affine3A::from_mat4(matrix)
+                }
+                _ => self.transform,
+            };
+            let normal_matrix = skinned.matrix3.inverse().transpose();
+            let direction =
+                |v: Vec3| Vec3::from(skinned.matrix3 * Vec3A::from(v)).normalize_or_zero();
+            (
+                skinned.transform_point3(p),
+                n.map(|n| Vec3::from(normal_matrix * Vec3A::from(n)).normalize_or_zero()),
+                t.map(|(t, sign)| (direction(t), sign)),
+            )
+        };
+        let mut face = |corners: [usize; 3]| {
+            if corners.iter().any(|i| *i >= positions.len()) {
+                return;
+            }
+            let vertices = corners.map(vertex);
+            let positions = vertices.map(|(p, ..)| p);
+            let cross = (positions[1] - positions[0]).cross(positions[2] - positions[0]);
+            if !positions.iter().all(|p| p.is_finite()) || cross.length_squared() == 0.0 {
+                return;
+            }
+            let flat = cross.normalize();
+            out.push(Face {
+                corners: positions,
+                normals: vertices.map(|(_, n, _)| n.unwrap_or(flat)),
+                uvs: uvs.map(|uvs| {
+                    corners.map(|i| uvs.map_or(Vec2::ZERO, |uvs| Vec2::from_array(uvs[i])))
+                }),
+                tangents: vertices.map(|(.., t)| t.unwrap_or((Vec3::ZERO, 1.0))),
+                colors: corners.map(color),
+                material: self.material,
+                facing: self.facing,
+            });
+        };
+        match mesh.try_indices_option().ok().flatten() {
+            Some(Indices::U16(indices)) => {
+                for i in indices.chunks_exact(3) {
+                    face([i[0], i[1], i[2]].map(usize::from));
+                }
+            }
+            Some(Indices::U32(indices)) => {
+                for i in indices.chunks_exact(3) {
+                    face([i[0], i[1], i[2]].map(|i| i as usize));
+                }
+            }
+            None => {
+                for i in 0..positions.len() / 3 {
+                    face([3 * i, 3 * i + 1, 3 * i + 2]);
+                }
+            }
+        }
+        Ok(())
+    }
+}
