@@ -71,11 +71,13 @@ fn drop_file_cameras(
     }
 }
 
+type AnyLight = Or<(With<DirectionalLight>, With<PointLight>, With<SpotLight>)>;
+
 /// A file without lights gets a sun.
 fn add_sun(
     mut commands: Commands,
     scenes: Query<(), Added<WorldInstance>>,
-    lights: Query<(), Or<(With<DirectionalLight>, With<PointLight>, With<SpotLight>)>>,
+    lights: Query<(), AnyLight>,
 ) {
     if !scenes.is_empty() && lights.is_empty() {
         commands.spawn((

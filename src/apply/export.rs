@@ -181,10 +181,7 @@ fn sync_exports(
                 let probe = commands
                     .spawn((
                         ExportProbe,
-                        LightProbe {
-                            falloff,
-                            ..Default::default()
-                        },
+                        LightProbe { falloff },
                         IrradianceVolume {
                             voxels: image.clone(),
                             intensity,
@@ -289,10 +286,9 @@ struct ExtractedExport {
     probes: UVec3,
 }
 
-fn extract_exports(
-    mut commands: Commands,
-    volumes: Extract<Query<(RenderEntity, Option<&VolumeExport>), With<GiVolume>>>,
-) {
+type VolumeData = (RenderEntity, Option<&'static VolumeExport>);
+
+fn extract_exports(mut commands: Commands, volumes: Extract<Query<VolumeData, With<GiVolume>>>) {
     for (entity, export) in &volumes {
         let mut entity = commands.entity(entity);
         match export {
@@ -398,16 +394,18 @@ impl ExportCubes {
     }
 }
 
+type ExportData = (
+    Entity,
+    &'static ExtractedVolume,
+    &'static ExtractedExport,
+    Has<Settling>,
+    Option<&'static mut ExportCubes>,
+);
+
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn prepare_exports(
     mut commands: Commands,
-    mut volumes: Query<(
-        Entity,
-        &ExtractedVolume,
-        &ExtractedExport,
-        Has<Settling>,
-        Option<&mut ExportCubes>,
-    )>,
+    mut volumes: Query<ExportData>,
     cameras: Query<&ExtractedGiCamera>,
     settings: Res<GiSettings>,
     layout: Option<Res<ExportLayout>>,
@@ -558,7 +556,8 @@ fn export<T: Technique>(
         .iter()
         .filter_map(|(cubes, technique, scene)| {
             let (wanted, group) = cubes.job.as_ref()?;
-            let threads = cubes.probes * UVec3::new(1, 1, 6);
+            let UVec3 { x, y, z } = cubes.probes;
+            let threads = UVec3::new(x, y, z.div_ceil(PARTS) * 6);
             (*wanted == T::TECHNIQUE).then_some((
                 groups(threads, UVec3::splat(4)),
                 [group, &scene.0, technique.bind_group()?],

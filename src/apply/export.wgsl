@@ -7,7 +7,7 @@ const EXPORT_SCALE: f32 = #{EXPORT_SCALE}.0;
 struct Export {
     // Corner of the grid of probes, metres.
     origin: vec3<f32>,
-    // Probes whose coordinates add up to this, modulo `parts`, are brought up to date.
+    // Layers of probes along z that are this modulo `parts` are brought up to date.
     part: u32,
     // Distance of probes along each axis, metres.
     spacing: vec3<f32>,
@@ -32,13 +32,13 @@ struct Side {
     normal: vec3<f32>,
 }
 
-// The side for a thread; z runs over probes and sides.
+// The side for a thread; z runs over the part's layers, for one side after the other.
 fn exported_side(id: vec3<u32>) -> Side {
+    let layers = (exported.probes.z + exported.parts - 1u) / exported.parts;
     var s: Side;
-    s.probe = vec3(id.xy, id.z % exported.probes.z);
-    s.side = id.z / exported.probes.z;
-    s.exists = all(s.probe < exported.probes) && s.side < 6u
-        && (s.probe.x + s.probe.y + s.probe.z) % exported.parts == exported.part;
+    s.probe = vec3(id.xy, (id.z % layers) * exported.parts + exported.part);
+    s.side = id.z / layers;
+    s.exists = all(s.probe < exported.probes) && s.side < 6u;
     s.position = exported.origin + (vec3<f32>(s.probe) + 0.5) * exported.spacing;
     s.normal[s.side % 3u] = select(1.0, -1.0, s.side >= 3u);
     return s;

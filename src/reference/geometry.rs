@@ -73,67 +73,105 @@ pub(super) struct Segment {
     pub from_camera: bool,
 }
 
-/// All faces of the scene in a bounding volume hierarchy.
+/// All faces of the scene.
 pub(super) struct Geometry {
     pub faces: Vec<Face>,
+    /// What light paths meet.
+    lit: Tree,
+    /// What the camera meets, where that is more.
+    seen: Option<Tree>,
+}
+
+/// Faces in a bounding volume hierarchy.
+struct Tree {
     bvh: Option<Bvh2>,
-    /// In the order of the hierarchy.
-    order: Vec<u32>,
+    /// Indices of faces and what rays ask of them, in the order of the hierarchy.
     corners: Vec<Corners>,
 }
 
-/// A corner and the two edges from it, in the order of the hierarchy.
+/// A corner of a face and the two edges from it.
+#[derive(Clone, Copy)]
 struct Corners {
     first: Vec3A,
     edges: [Vec3A; 2],
     facing: Facing,
+    face: u32,
 }
 
 impl Geometry {
     pub fn new(faces: Vec<Face>) -> Self {
-        // The crate's vectors are of another version of glam.
-        let triangle = |face: &Face| {
-            let [v0, v1, v2] = face.corners.map(|p| p.to_array().into());
-            Triangle { v0, v1, v2 }
+        let tree = |keep: &dyn Fn(&Face) -> bool| {
+            let kept = |(_, face): &(usize, &Face)| keep(face);
+            Tree::new(faces.iter().enumerate().filter(kept))
         };
-        let bvh = (!faces.is_empty()).then(|| {
-            let triangles: Vec<_> = faces.iter().map(triangle).collect();
+        let differs = faces.iter().any(|face| face.facing.camera_only);
+        Self {
+            lit: tree(&|face| !face.facing.camera_only),
+            seen: differs.then(|| tree(&|_| true)),
+            faces,
+        }
+    }
+
+    fn tree(&self, segment: &Segment) -> &Tree {
+        match &self.seen {
+            Some(seen) if segment.from_camera => seen,
+            _ => &self.lit,
+        }
+    }
+
+    /// The nearest face along a segment; `opaque` decides about the points of masked faces.
+    pub fn trace(&self, segment: &Segment, opaque: impl Fn(&Hit) -> bool) -> Option<Hit> {
+        self.tree(segment).trace(segment, opaque)
+    }
+
+    /// Whether nothing stands in the way of a segment.
+    pub fn is_free(&self, segment: &Segment, opaque: impl Fn(&Hit) -> bool) -> bool {
+        self.tree(segment).is_free(segment, opaque)
+    }
+}
+
+impl Tree {
+    fn new<'a>(faces: impl Iterator<Item = (usize, &'a Face)>) -> Self {
+        let mut corners: Vec<_> = faces
+            .map(|(index, face)| {
+                let [a, b, c] = face.corners.map(Vec3A::from);
+                Corners {
+                    first: a,
+                    edges: [b - a, c - a],
+                    facing: face.facing,
+                    face: index as u32,
+                }
+            })
+            .collect();
+        // The crate's vectors are of another version of glam.
+        let triangles: Vec<_> = corners
+            .iter()
+            .map(|c| Triangle {
+                v0: c.first.to_array().into(),
+                v1: (c.first + c.edges[0]).to_array().into(),
+                v2: (c.first + c.edges[1]).to_array().into(),
+            })
+            .collect();
+        let bvh = (!triangles.is_empty()).then(|| {
             build_bvh2_from_tris(
                 &triangles,
                 BvhBuildParams::slow_build(),
                 &mut Default::default(),
             )
         });
-        let order = bvh
-            .as_ref()
-            .map_or(Vec::new(), |bvh| bvh.primitive_indices.clone());
-        let corners = order
-            .iter()
-            .map(|i| {
-                let face = &faces[*i as usize];
-                let [a, b, c] = face.corners.map(Vec3A::from);
-                Corners {
-                    first: a,
-                    edges: [b - a, c - a],
-                    facing: face.facing,
-                }
-            })
-            .collect();
-        Self {
-            faces,
-            bvh,
-            order,
-            corners,
+        if let Some(bvh) = &bvh {
+            // A face may stand in several leaves.
+            let ordered = bvh.primitive_indices.iter();
+            corners = ordered.map(|i| corners[*i as usize]).collect();
         }
+        Self { bvh, corners }
     }
 
-    /// The nearest face along a segment; `opaque` decides about the points of masked faces.
-    pub fn trace(&self, segment: &Segment, opaque: impl Fn(&Hit) -> bool) -> Option<Hit> {
+    fn trace(&self, segment: &Segment, opaque: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let bvh = self.bvh.as_ref()?;
-        let ray = ray(segment);
         let mut hit = RayHit::none();
         let mut barycentric = Vec2::ZERO;
-        bvh.ray_traverse(ray, &mut hit, |ray, primitive| {
+        bvh.ray_traverse(ray(segment), &mut hit, |ray, primitive| {
             match self.meet(segment, ray.tmax, primitive, &opaque) {
                 Some((t, uv)) => {
                     barycentric = uv;
@@ -143,14 +181,13 @@ impl Geometry {
             }
         })
         .then(|| Hit {
-            face: self.order[hit.primitive_id as usize],
+            face: self.corners[hit.primitive_id as usize].face,
             distance: hit.t,
             barycentric,
         })
     }
 
-    /// Whether nothing stands in the way of a segment.
-    pub fn is_free(&self, segment: &Segment, opaque: impl Fn(&Hit) -> bool) -> bool {
+    fn is_free(&self, segment: &Segment, opaque: impl Fn(&Hit) -> bool) -> bool {
         self.bvh.as_ref().is_none_or(|bvh| {
             bvh.ray_traverse_miss(ray(segment), |ray, primitive| {
                 self.meet(segment, ray.tmax, primitive, &opaque)
@@ -173,6 +210,7 @@ impl Geometry {
             first,
             edges: [e1, e2],
             facing,
+            face,
         } = &self.corners[primitive];
         let direction = Vec3A::from(segment.direction);
         let p = direction.cross(*e2);
@@ -183,7 +221,7 @@ impl Geometry {
         } else {
             facing.back
         };
-        if !there || determinant == 0.0 || (facing.camera_only && !segment.from_camera) {
+        if !there || determinant == 0.0 {
             return None;
         }
         let inverse = 1.0 / determinant;
@@ -204,7 +242,7 @@ impl Geometry {
         let barycentric = Vec2::new(u, v);
         if facing.masked {
             let hit = Hit {
-                face: self.order[primitive],
+                face: *face,
                 distance: t,
                 barycentric,
             };

@@ -127,7 +127,7 @@ pub(super) fn trace(
             }
             Some(_) => {}
         }
-        if depth >= settings.max_bounces + 1 {
+        if depth > settings.max_bounces {
             break;
         }
         let bsdf = Bsdf::new(

@@ -179,7 +179,7 @@ pub(super) enum Sky {
     /// Nits from everywhere.
     Constant(Vec3),
     /// A cube map, chosen from by its brightness.
-    Map(SkyMap),
+    Map(Box<SkyMap>),
 }
 
 pub(super) struct SkyMap {

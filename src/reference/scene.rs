@@ -430,7 +430,8 @@ fn camera_sky(world: &mut World, settings: &GiSettings) -> (f32, Result<Sky, Str
         let images = world.resource::<Assets<Image>>();
         let image = images.get(image).ok_or("its image is not loaded")?;
         let map = Cubemap::new(image)?;
-        Ok(Sky::Map(SkyMap::new(map, scale, rotation.inverse())))
+        let map = SkyMap::new(map, scale, rotation.inverse());
+        Ok(Sky::Map(Box::new(map)))
     };
     let sky = match (settings.sky, camera) {
         (GiSky::Constant(color), _) => Ok(Sky::Constant(color.to_vec3())),
