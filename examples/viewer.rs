@@ -43,16 +43,16 @@ struct Options {
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
     /// Camera position x,y,z, metres. Default: the file's first camera, else the whole scene.
-    #[arg(long, value_parser = vector)]
+    #[arg(long, value_parser = vector, allow_hyphen_values = true)]
     eye: Option<Vec3>,
     /// Point that the camera looks at.
-    #[arg(long, value_parser = vector)]
+    #[arg(long, value_parser = vector, allow_hyphen_values = true)]
     look: Option<Vec3>,
     /// Vertical field of view, degrees, 1 to 179.
     #[arg(long, value_parser = |text: &str| number(text, 1.0, 179.0))]
     fov: Option<f32>,
     /// Adds a sun whose light travels in this direction, in place of the file's lights.
-    #[arg(long, value_parser = vector)]
+    #[arg(long, value_parser = vector, allow_hyphen_values = true)]
     sun: Option<Vec3>,
     /// Illuminance of that sun, lux.
     #[arg(long, default_value_t = 10_000.0, value_parser = |text: &str| number(text, 0.0, 1e9))]
