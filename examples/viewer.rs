@@ -415,6 +415,8 @@ fn watch_loading(
     };
     if let Some(error) = failed {
         let path = file.0.as_ref().map(|p| p.display().to_string());
+        // The rest is a backtrace, where one is asked for.
+        let error = error.lines().next().unwrap_or_default();
         ready.error = Some(format!("{}: {error}", path.unwrap_or_default()));
         return;
     }
