@@ -1,6 +1,6 @@
 //! The Bevy world, as the path tracer sees it.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, f32::consts::PI};
 
 use bevy::{
     asset::{AssetId, Assets, Handle},
@@ -158,7 +158,7 @@ impl ReferenceScene {
             .flat_map(|face| face.corners)
             .fold(0.0f32, |r, p| r.max(p.length()));
         // Lights by their power, and each at least sometimes: what is near is not known here.
-        let emitted = std::f32::consts::PI * powers.iter().sum::<f32>() / 3.0;
+        let emitted = PI * powers.iter().sum::<f32>() / 3.0;
         let map = if sky.is_sampled() { 1.0 } else { 0.0 };
         let mut weights: Vec<f32> = lights.iter().map(|light| light.power(radius)).collect();
         weights.push(emitted);
@@ -349,62 +349,65 @@ fn linear(color: Color) -> Vec3 {
 
 /// Lights of all kinds.
 fn lights(world: &mut World) -> Vec<Light> {
+    // Bevy divides the lumens of points and spots alike by the whole sphere.
+    let candela = |color, lumens: f32| linear(color) * lumens / (4.0 * PI);
     let mut lights = Vec::new();
-    let mut query = world.query::<(&DirectionalLight, &GlobalTransform, &InheritedVisibility)>();
-    for (light, transform, visible) in query.iter(world) {
-        if visible.get() {
-            lights.push(Light::Directional {
-                lux: linear(light.color) * light.illuminance,
-                direction: transform.forward().into(),
-            });
+    collect(world, &mut lights, |light: &DirectionalLight, transform| {
+        Light::Directional {
+            lux: linear(light.color) * light.illuminance,
+            direction: transform.forward().into(),
         }
-    }
-    let mut query = world.query::<(&PointLight, &GlobalTransform, &InheritedVisibility)>();
-    for (light, transform, visible) in query.iter(world) {
-        if visible.get() {
-            lights.push(Light::Point {
-                position: transform.translation(),
-                candela: linear(light.color) * light.intensity / (4.0 * std::f32::consts::PI),
-                range: light.range,
-                spot: None,
-            });
+    });
+    collect(world, &mut lights, |light: &PointLight, transform| {
+        Light::Point {
+            position: transform.translation(),
+            candela: candela(light.color, light.intensity),
+            range: light.range,
+            spot: None,
         }
-    }
-    let mut query = world.query::<(&SpotLight, &GlobalTransform, &InheritedVisibility)>();
-    for (light, transform, visible) in query.iter(world) {
-        if visible.get() {
-            lights.push(Light::Point {
-                position: transform.translation(),
-                candela: linear(light.color) * light.intensity / (4.0 * std::f32::consts::PI),
-                range: light.range,
-                spot: Some((
-                    transform.forward().into(),
-                    light.inner_angle.cos(),
-                    light.outer_angle.cos(),
-                )),
-            });
+    });
+    collect(world, &mut lights, |light: &SpotLight, transform| {
+        Light::Point {
+            position: transform.translation(),
+            candela: candela(light.color, light.intensity),
+            range: light.range,
+            spot: Some((
+                transform.forward().into(),
+                light.inner_angle.cos(),
+                light.outer_angle.cos(),
+            )),
         }
-    }
-    let mut query = world.query::<(&RectLight, &GlobalTransform, &InheritedVisibility)>();
-    for (light, transform, visible) in query.iter(world) {
-        if visible.get() {
-            let matrix = transform.affine().matrix3;
-            let half = [
-                Vec3::from(matrix.x_axis) * light.width * 0.5,
-                Vec3::from(matrix.y_axis) * light.height * 0.5,
-            ];
-            let area = 4.0 * half[0].length() * half[1].length();
-            lights.push(Light::Rect {
-                center: transform.translation(),
-                half,
-                normal: transform.forward().into(),
-                nits: linear(light.color) * light.intensity
-                    / (std::f32::consts::PI * area.max(1e-6)),
-                range: light.range,
-            });
+    });
+    collect(world, &mut lights, |light: &RectLight, transform| {
+        let matrix = transform.affine().matrix3;
+        let half = [
+            Vec3::from(matrix.x_axis) * light.width * 0.5,
+            Vec3::from(matrix.y_axis) * light.height * 0.5,
+        ];
+        let area = 4.0 * half[0].length() * half[1].length();
+        Light::Rect {
+            center: transform.translation(),
+            half,
+            normal: transform.forward().into(),
+            nits: linear(light.color) * light.intensity / (PI * area.max(1e-6)),
+            range: light.range,
         }
-    }
+    });
     lights
+}
+
+/// The visible lights of one of Bevy's kinds.
+fn collect<L: Component>(
+    world: &mut World,
+    lights: &mut Vec<Light>,
+    convert: impl Fn(&L, &GlobalTransform) -> Light,
+) {
+    let mut query = world.query::<(&L, &GlobalTransform, &InheritedVisibility)>();
+    for (light, transform, visible) in query.iter(world) {
+        if visible.get() {
+            lights.push(convert(light, transform));
+        }
+    }
 }
 
 type CameraSky = (
@@ -669,7 +672,8 @@ impl Placed<'_> {
             Some(VertexAttributeValues::Float32x4(values)) => Some(values),
             _ => None,
         };
-        let color = |i: usize| match attribute(Mesh::ATTRIBUTE_COLOR.id) {
+        let colors = attribute(Mesh::ATTRIBUTE_COLOR.id);
+        let color = |i: usize| match colors {
             Some(VertexAttributeValues::Float32x4(values)) => values[i],
             Some(VertexAttributeValues::Unorm8x4(values)) => {
                 values[i].map(|b| f32::from(b) / 255.0)

@@ -20,21 +20,26 @@ use crate::{
     support::{app, camera, material, read_voxels, settle},
 };
 
-/// An app with a volume of 3.2 m in voxels of 0.1 m around the origin.
+/// An app with a volume around the origin.
 fn volume() -> Headless {
     let mut headless = app();
+    spawn_volume(&mut headless);
+    headless
+}
+
+/// A volume of 3.2 m in voxels of 0.1 m around the origin, and a camera that looks at it.
+fn spawn_volume(headless: &mut Headless) {
     headless
         .app
         .world_mut()
         .spawn(GiVolume::new(Vec3::splat(3.2)).with_resolution(32));
     camera(
-        &mut headless,
+        headless,
         UVec2::splat(16),
         Vec3::new(0.0, 0.0, 6.0),
         Vec3::ZERO,
         45.0,
     );
-    headless
 }
 
 /// A square of 1 m in the plane z = 0.05, seen from +z.
@@ -266,17 +271,7 @@ fn materials_of_ones_own_block_and_bounce() {
             )
             .unwrap();
     });
-    headless
-        .app
-        .world_mut()
-        .spawn(GiVolume::new(Vec3::splat(3.2)).with_resolution(32));
-    camera(
-        &mut headless,
-        UVec2::splat(16),
-        Vec3::new(0.0, 0.0, 6.0),
-        Vec3::ZERO,
-        45.0,
-    );
+    spawn_volume(&mut headless);
     let mesh = add(&mut headless, Mesh::from(Rectangle::from_length(0.6)));
     let blue = LinearRgba::rgb(0.1, 0.2, 0.8);
     let extended = add(
