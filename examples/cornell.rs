@@ -8,6 +8,7 @@ use common::{
     adapter,
     controls::{ControlsPlugin, camera},
     scenes::cornell::{self, BULB, CornellBox, CornellLight},
+    truth::TruthPlugin,
 };
 
 fn main() {
@@ -19,6 +20,7 @@ fn main() {
             ControlsPlugin {
                 help: "L: move the light   B: turn the box   arrow keys: push the box",
             },
+            TruthPlugin,
         ))
         .insert_resource(ClearColor(Color::BLACK))
         .insert_resource(GiSettings {
@@ -31,12 +33,8 @@ fn main() {
         .run();
 }
 
-fn setup(
-    mut commands: Commands,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-) {
-    cornell::spawn(&mut commands, &mut meshes, &mut materials);
+fn setup(mut commands: Commands) {
+    commands.queue(cornell::spawn);
     commands.spawn(camera(cornell::view()));
 }
 

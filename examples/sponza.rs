@@ -8,10 +8,11 @@ use common::{
     adapter,
     controls::{ControlsPlugin, camera},
     scenes::{asset_folder, sponza},
+    truth::TruthPlugin,
 };
 
-/// Nits of the sky, on a clear day away from the sun.
-const SKY: LinearRgba = LinearRgba::rgb(3200.0, 4300.0, 6500.0);
+/// Nits of the sky.
+const SKY: LinearRgba = LinearRgba::rgb(sponza::SKY[0], sponza::SKY[1], sponza::SKY[2]);
 
 fn main() {
     adapter::require();
@@ -37,6 +38,7 @@ fn main() {
             ControlsPlugin {
                 help: "L: move the sun",
             },
+            TruthPlugin,
         ))
         .insert_resource(ClearColor(Color::srgb(0.45, 0.6, 0.85)))
         .insert_resource(GiSettings {

@@ -39,7 +39,10 @@ const VARIANTS: [(&str, &[&[&str]]); 11] = [
         "technique/vct/light.wgsl",
         &[&["CARRY"], &["BOUNCE"], &["LIGHT"]],
     ),
-    ("technique/vct/filter.wgsl", &[&["VOXELS"], &["CELLS"]]),
+    (
+        "technique/vct/filter.wgsl",
+        &[&["CLEAR"], &["VOXELS"], &["CELLS"]],
+    ),
     ("technique/vct/gather.wgsl", &[&[]]),
     ("technique/vct/export.wgsl", &[&[]]),
     ("apply/temporal.wgsl", &[&[]]),

@@ -16,6 +16,8 @@ mod forward;
 mod lights;
 #[path = "gpu/off.rs"]
 mod off;
+#[path = "gpu/quality.rs"]
+mod quality;
 #[path = "gpu/rooms.rs"]
 mod rooms;
 #[path = "gpu/support.rs"]

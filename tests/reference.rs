@@ -11,7 +11,6 @@ use std::{
 use bevy::{
     asset::RenderAssetUsages,
     camera::{CameraProjection, visibility::InheritedVisibility},
-    ecs::system::RunSystemOnce,
     light::Skybox,
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
@@ -23,7 +22,7 @@ use bevy_gi::{
         DiffuseModel, Reference, ReferenceCamera, ReferenceScene, ReferenceSettings, ReferenceView,
     },
 };
-use common::scenes::cornell::{self, diffuse};
+use common::scenes::{cornell, stage::diffuse};
 
 const LAMBERT: ReferenceSettings = ReferenceSettings {
     max_bounces: 64,
@@ -384,15 +383,7 @@ fn the_sky_lights_a_floor() {
 
 fn cornell() -> World {
     let mut world = world();
-    world
-        .run_system_once(
-            |mut commands: Commands,
-             mut meshes: ResMut<Assets<Mesh>>,
-             mut materials: ResMut<Assets<StandardMaterial>>| {
-                cornell::spawn(&mut commands, &mut meshes, &mut materials);
-            },
-        )
-        .unwrap();
+    cornell::spawn(&mut world);
     world
 }
 

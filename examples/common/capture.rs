@@ -4,11 +4,12 @@ use std::{collections::BTreeMap, path::Path};
 
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
 use bevy_gi::{GiStatistics, prelude::*};
+use image::ImageEncoder;
 
 use super::headless::{Headless, Picture};
 
-/// Writes a picture as PNG (its values as they are, 8 bit) or EXR (its values over `exposure`).
-pub fn write(picture: &Picture, exposure: f32, path: &Path) -> Result<(), String> {
+/// Writes a picture's values as they are, as PNG (8 bit) or EXR.
+pub fn write(picture: &Picture, path: &Path) -> Result<(), String> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
@@ -21,7 +22,7 @@ pub fn write(picture: &Picture, exposure: f32, path: &Path) -> Result<(), String
         use exr::prelude::*;
         let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
             let p = picture.pixels[at.y() * width + at.x()];
-            (p[0] / exposure, p[1] / exposure, p[2] / exposure)
+            (p[0], p[1], p[2])
         });
         // One thread: blocks in the order of the picture, the same bytes each time.
         Image::from_channels((width, height), channels)
@@ -30,23 +31,45 @@ pub fn write(picture: &Picture, exposure: f32, path: &Path) -> Result<(), String
             .to_file(path)
             .map_err(|e| fail(&e))
     } else {
-        let mut bytes = Vec::with_capacity(width * height * 3);
-        for p in &picture.pixels {
-            bytes.extend(
-                p[..3]
-                    .iter()
-                    .map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8),
-            );
-        }
-        image::save_buffer(
-            path,
+        std::fs::write(path, png(picture)).map_err(|e| fail(&e))
+    }
+}
+
+/// A picture's values as they are, 8 bit, as a PNG file.
+pub fn png(picture: &Picture) -> Vec<u8> {
+    let byte = |c: &f32| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
+    let bytes: Vec<u8> = picture
+        .pixels
+        .iter()
+        .flat_map(|p| p[..3].iter().map(byte))
+        .collect();
+    let mut file = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new(&mut file);
+    encoder
+        .write_image(
             &bytes,
-            width as u32,
-            height as u32,
+            picture.size.x,
+            picture.size.y,
             image::ExtendedColorType::Rgb8,
         )
-        .map_err(|e| fail(&e))
-    }
+        .expect("memory takes a picture of any size");
+    file
+}
+
+/// The first layer of an EXR file.
+pub fn read_exr(path: &Path) -> Result<Picture, String> {
+    let image = exr::prelude::read_first_rgba_layer_from_file(
+        path,
+        |size, _| Picture {
+            size: UVec2::new(size.width() as u32, size.height() as u32),
+            pixels: vec![[0.0; 4]; size.area()],
+        },
+        |picture, at, (r, g, b, a): (f32, f32, f32, f32)| {
+            picture.pixels[at.y() * picture.size.x as usize + at.x()] = [r, g, b, a];
+        },
+    )
+    .map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(image.layer_data.channel_data.pixels)
 }
 
 /// The middle one of some values, 0 if there are none.

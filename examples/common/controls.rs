@@ -7,7 +7,7 @@ use bevy::{
 };
 use bevy_gi::prelude::*;
 
-use super::scenes::SceneView;
+use super::{scenes::SceneView, truth::TruthState};
 
 /// G, T, V, P and H, and the text that explains them.
 pub struct ControlsPlugin {
@@ -108,6 +108,7 @@ fn update_help(
     settings: Res<GiSettings>,
     debug: Res<GiDebugSettings>,
     support: Option<Res<bevy_gi::GiSupport>>,
+    truth: Option<Res<TruthState>>,
     time: Res<Time>,
     help: Res<Help>,
     mut text: Query<&mut Text, With<HelpText>>,
@@ -118,13 +119,23 @@ fn update_help(
         Some(bevy_gi::GiSupport::Unsupported(why)) => format!("\n{why}"),
         _ => String::new(),
     };
+    let (technique, hold) = match truth.as_deref() {
+        None => (settings.technique.name().into(), ""),
+        Some(TruthState { samples }) => {
+            let name = settings.technique.name().into();
+            let traced = samples.map(|n| format!("reference, {n} paths a pixel"));
+            (
+                traced.unwrap_or(name),
+                "   R: hold for the truth, path-traced",
+            )
+        }
+    };
     for mut text in &mut text {
         text.0 = format!(
-            "{:.1} ms   technique: {}   view: {}{off}\n\
-             G: GI on/off   T: technique   V: view   P: quality preset   H: this help\n\
+            "{:.1} ms   technique: {technique}   view: {}{off}\n\
+             G: GI on/off   T: technique   V: view   P: quality preset   H: this help{hold}\n\
              WASD, E, Q: fly   Shift: faster   right mouse button: look\n{}",
             *smooth * 1000.0,
-            settings.technique.name(),
             debug.view.name(),
             help.0,
         );

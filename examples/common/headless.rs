@@ -27,6 +27,8 @@ use bevy::{
     winit::WinitPlugin,
 };
 
+use super::overlay::Overlay;
+
 /// Pipelines that are not compiled yet, told by the render world.
 #[derive(Resource, Clone, Default)]
 struct PipelinesWaiting(Arc<AtomicUsize>);
@@ -49,12 +51,21 @@ pub struct Headless {
 }
 
 /// Linear values of an image, row by row, RGBA.
+#[derive(Clone)]
 pub struct Picture {
     pub size: UVec2,
     pub pixels: Vec<[f32; 4]>,
 }
 
 impl Picture {
+    /// The same times a factor.
+    pub fn scaled(mut self, factor: f32) -> Self {
+        for [r, g, b, _] in &mut self.pixels {
+            (*r, *g, *b) = (*r * factor, *g * factor, *b * factor);
+        }
+        self
+    }
+
     /// The same, encoded as sRGB.
     pub fn encoded(mut self) -> Self {
         for pixel in &mut self.pixels {
@@ -100,6 +111,7 @@ impl Headless {
         }
         app.add_plugins(plugins)
             .add_plugins(RenderDiagnosticsPlugin)
+            .add_plugins(MaterialPlugin::<Overlay>::default())
             .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(
                 1.0 / 60.0,
             )));
@@ -237,34 +249,55 @@ impl Headless {
 
     /// What a target of format `Rgba32Float` or `Rgba8UnormSrgb` shows; the latter as 0..=1, encoded.
     pub fn picture(&mut self, target: &Handle<Image>) -> Picture {
-        let (size, format) = {
-            let image = self
-                .app
-                .world()
-                .resource::<Assets<Image>>()
-                .get(target)
-                .unwrap();
-            (image.size(), image.texture_descriptor.format)
-        };
-        let bytes = self.read_back(Readback::texture(target.clone()));
-        let texel = if format == TextureFormat::Rgba32Float {
-            16
-        } else {
-            4
-        };
-        // Rows may be padded to the alignment of copies.
-        let row = bytes.len() / size.y as usize;
-        let mut pixels = Vec::with_capacity((size.x * size.y) as usize);
-        for y in 0..size.y as usize {
-            for x in 0..size.x as usize {
-                let at = &bytes[y * row + x * texel..][..texel];
-                pixels.push(std::array::from_fn(|c| match texel {
-                    16 => f32::from_le_bytes(at[4 * c..][..4].try_into().unwrap()),
-                    _ => f32::from(at[c]) / 255.0,
-                }));
+        let layout = self.layout(target);
+        decode(&self.read_back(Readback::texture(target.clone())), layout)
+    }
+
+    /// Every one of the next `frames` pictures of a target. `before` may change the world before each
+    /// frame; `picture` gets its number and what it shows.
+    pub fn record(
+        &mut self,
+        target: &Handle<Image>,
+        frames: u32,
+        mut before: impl FnMut(&mut World, u32),
+        mut picture: impl FnMut(u32, Picture),
+    ) {
+        let layout = self.layout(target);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        let sender = Mutex::new(sender);
+        let world = self.app.world_mut();
+        let entity = world
+            .spawn(Readback::texture(target.clone()))
+            .observe(move |complete: On<ReadbackComplete>| {
+                // Nobody listens any more to what comes after the last frame.
+                let _ = sender.lock().unwrap().send(complete.data.clone());
+            })
+            .id();
+        let mut taken = 0;
+        // Pictures arrive in their order, some frames late.
+        for frame in 0..frames + 32 {
+            if frame < frames {
+                before(self.app.world_mut(), frame);
+            }
+            self.step();
+            for bytes in receiver.try_iter() {
+                if taken < frames {
+                    picture(taken, decode(&bytes, layout));
+                    taken += 1;
+                }
+            }
+            if taken == frames {
+                break;
             }
         }
-        Picture { size, pixels }
+        self.app.world_mut().despawn(entity);
+        assert_eq!(taken, frames, "the GPU answers within 32 frames");
+    }
+
+    fn layout(&self, target: &Handle<Image>) -> (UVec2, TextureFormat) {
+        let images = self.app.world().resource::<Assets<Image>>();
+        let image = images.get(target).expect("the target exists");
+        (image.size(), image.texture_descriptor.format)
     }
 
     /// Errors of shaders and pipelines so far.
@@ -277,6 +310,34 @@ impl Headless {
     pub fn diagnostics(&self) -> &DiagnosticsStore {
         self.app.world().resource::<DiagnosticsStore>()
     }
+}
+
+/// A picture from the bytes of a texture of format `Rgba32Float`, `Rgba16Float` or `Rgba8UnormSrgb`; the
+/// last as 0..=1, encoded.
+pub fn decode(bytes: &[u8], (size, format): (UVec2, TextureFormat)) -> Picture {
+    let channel = match format {
+        TextureFormat::Rgba32Float => 4,
+        TextureFormat::Rgba16Float => 2,
+        _ => 1,
+    };
+    let value = |at: &[u8]| match *at {
+        [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
+        [a, b] => half::f16::from_le_bytes([a, b]).to_f32(),
+        _ => f32::from(at[0]) / 255.0,
+    };
+    // Rows may be padded to the alignment of copies.
+    let row = bytes.len() / size.y as usize;
+    let texel = 4 * channel;
+    let mut pixels = Vec::with_capacity(size.element_product() as usize);
+    for y in 0..size.y as usize {
+        for x in 0..size.x as usize {
+            let at = &bytes[y * row + x * texel..][..texel];
+            pixels.push(std::array::from_fn(|c| {
+                value(&at[c * channel..][..channel])
+            }));
+        }
+    }
+    Picture { size, pixels }
 }
 
 /// Spawns a camera that draws into `target`.

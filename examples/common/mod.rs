@@ -4,6 +4,17 @@
 pub mod adapter;
 pub mod capture;
 pub mod controls;
+pub mod figures;
 pub mod headless;
+pub mod live;
+pub mod meter;
+pub mod open;
+pub mod options;
+pub mod overlay;
+pub mod projector;
+pub mod quality;
 pub mod reference;
 pub mod scenes;
+pub mod studio;
+pub mod truth;
+pub mod window;

@@ -5,21 +5,14 @@ use std::sync::{
     atomic::{AtomicBool, Ordering},
 };
 
-use bevy::{
-    asset::RenderAssetUsages,
-    camera::{Hdr, ScalingMode, visibility::RenderLayers},
-    core_pipeline::tonemapping::{DebandDither, Tonemapping},
-    image::ImageSampler,
-    prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
-};
+use bevy::prelude::*;
 use bevy_gi::{
-    GiView, NotGiCaster,
+    GiView,
     reference::{Reference, ReferenceCamera, ReferenceScene, ReferenceSettings, ReferenceView},
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::headless::{Picture, image_target};
+use super::headless::Picture;
 
 /// The part of the result that a view shows.
 pub fn view(view: GiView) -> Result<ReferenceView, String> {
@@ -41,12 +34,25 @@ pub fn view(view: GiView) -> Result<ReferenceView, String> {
     })
 }
 
-/// What a camera sees, path-traced with `samples` paths a pixel; with fewer, once interrupted.
-pub fn trace(
+/// A camera of Bevy's, with the aspect ratio of `size`.
+pub fn camera(
+    transform: &GlobalTransform,
+    projection: &Projection,
+    size: UVec2,
+) -> ReferenceCamera {
+    let mut projection = projection.clone();
+    projection.update(size.x as f32, size.y as f32);
+    ReferenceCamera {
+        world_from_view: transform.to_matrix(),
+        clip_from_view: projection.get_clip_from_view(),
+    }
+}
+
+/// An empty picture of what a camera sees, to be path-traced.
+pub fn prepare(
     world: &mut World,
     camera: Entity,
     size: UVec2,
-    samples: u32,
     settings: ReferenceSettings,
 ) -> Result<Reference, String> {
     let scene = Arc::new(ReferenceScene::new(world));
@@ -56,41 +62,42 @@ pub fn trace(
     ) else {
         return Err("there is no camera".into());
     };
-    let mut projection = projection.clone();
-    projection.update(size.x as f32, size.y as f32);
-    let camera = ReferenceCamera {
-        world_from_view: transform.to_matrix(),
-        clip_from_view: projection.get_clip_from_view(),
-    };
-    let mut reference = Reference::new(scene, camera, size, settings);
+    let camera = self::camera(transform, projection, size);
+    Ok(Reference::new(scene, camera, size, settings))
+}
 
-    let stop = Arc::new(AtomicBool::new(false));
-    let interrupted = stop.clone();
+/// Traces until there are `samples` paths a pixel, or until Ctrl-C is pressed: false.
+pub fn refine(reference: &mut Reference, samples: u32) -> bool {
+    static INTERRUPTED: AtomicBool = AtomicBool::new(false);
     // A second handler in one process is refused; the first then serves both.
-    let _ = ctrlc::set_handler(move || interrupted.store(true, Ordering::Relaxed));
-    let bar = ProgressBar::new(u64::from(samples) * u64::from(size.y));
+    let _ = ctrlc::set_handler(|| {
+        // Pressed again, it ends the program.
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    let missing = samples.saturating_sub(reference.samples());
+    let bar = ProgressBar::new(u64::from(missing) * u64::from(reference.size().y));
     if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent} %, {eta} left") {
         bar.set_style(style);
     }
     // A few paths at a time, so that an interrupted picture is even.
-    while reference.samples() < samples && !stop.load(Ordering::Relaxed) {
+    while reference.samples() < samples && !INTERRUPTED.load(Ordering::Relaxed) {
         let pass = (samples - reference.samples()).min(8);
-        reference.render(pass, &stop, || bar.inc(u64::from(pass)));
+        reference.render(pass, &INTERRUPTED, || bar.inc(u64::from(pass)));
     }
     bar.finish_and_clear();
-    Ok(reference)
+    !INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// A view of the result, as [`Headless::picture`](super::headless::Headless::picture) gives it: luminances
-/// times `exposure`.
-pub fn picture(reference: &Reference, view: GiView, exposure: f32) -> Result<Picture, String> {
+/// A view of the result: luminances in nits, or plain numbers.
+pub fn picture(reference: &Reference, view: GiView) -> Result<Picture, String> {
     let values = reference.picture(self::view(view)?);
     let pixels = values
         .iter()
         .map(|value| {
             let shown = match view {
                 GiView::Normal => *value * 0.5 + 0.5,
-                _ if view.is_luminance() => *value * exposure,
                 _ => *value,
             };
             shown.extend(1.0).to_array()
@@ -100,66 +107,4 @@ pub fn picture(reference: &Reference, view: GiView, exposure: f32) -> Result<Pic
         size: reference.size(),
         pixels,
     })
-}
-
-/// Shows an exposed picture in `target`, tone-mapped as Bevy does it.
-pub fn show(world: &mut World, picture: &Picture, target: &Handle<Image>) {
-    let size = picture.size;
-    let mut image = Image::new(
-        Extent3d {
-            width: size.x,
-            height: size.y,
-            depth_or_array_layers: 1,
-        },
-        TextureDimension::D2,
-        picture
-            .pixels
-            .iter()
-            .flatten()
-            .flat_map(|c| half::f16::from_f32(c.min(65504.0)).to_le_bytes())
-            .collect(),
-        TextureFormat::Rgba16Float,
-        RenderAssetUsages::RENDER_WORLD,
-    );
-    image.sampler = ImageSampler::nearest();
-    let image = world.resource_mut::<Assets<Image>>().add(image);
-    let mesh = world
-        .resource_mut::<Assets<Mesh>>()
-        .add(Rectangle::from_size(size.as_vec2()));
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(StandardMaterial {
-            base_color_texture: Some(image),
-            unlit: true,
-            ..default()
-        });
-    // A layer that the scene's camera does not see.
-    let layer = RenderLayers::layer(1);
-    world.spawn((
-        Mesh3d(mesh),
-        MeshMaterial3d(material),
-        NotGiCaster,
-        layer.clone(),
-    ));
-    world.spawn((
-        Camera3d::default(),
-        Camera {
-            order: 1,
-            ..default()
-        },
-        Hdr,
-        Msaa::Off,
-        image_target(target),
-        Tonemapping::TonyMcMapface,
-        DebandDither::Disabled,
-        Projection::from(OrthographicProjection {
-            scaling_mode: ScalingMode::Fixed {
-                width: size.x as f32,
-                height: size.y as f32,
-            },
-            ..OrthographicProjection::default_3d()
-        }),
-        Transform::from_xyz(0.0, 0.0, 1.0),
-        layer,
-    ));
 }

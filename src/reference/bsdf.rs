@@ -91,9 +91,17 @@ impl Bsdf {
         let wo = wo.normalize();
         let f0 = surface.f0();
         let f90 = (f0.element_sum() * 50.0 * 0.33).min(1.0);
-        let ab = f_ab(surface.perceptual_roughness, wo.z);
         let diffuse = surface.diffuse_albedo();
-        let specular = f0 * ab.x + Vec3::splat(f90 * ab.y);
+        // Without F0 there is no specular lobe.
+        let (specular, multiscatter) = if f0 == Vec3::ZERO {
+            (Vec3::ZERO, Vec3::ONE)
+        } else {
+            let ab = f_ab(surface.perceptual_roughness, wo.z);
+            (
+                f0 * ab.x + Vec3::splat(f90 * ab.y),
+                Vec3::ONE + f0 * (1.0 / (ab.x + ab.y) - 1.0),
+            )
+        };
         let (d, s) = (diffuse.element_sum(), specular.element_sum());
         let specular_chance = match (d > 0.0, s > 1e-4) {
             (true, true) => (s / (s + d)).clamp(0.1, 0.9),
@@ -107,7 +115,7 @@ impl Bsdf {
             f0,
             f90,
             alpha: surface.perceptual_roughness.clamp(0.089, 1.0).powi(2),
-            multiscatter: Vec3::ONE + f0 * (1.0 / (ab.x + ab.y) - 1.0),
+            multiscatter,
             model,
             specular_chance,
         }
@@ -128,13 +136,13 @@ impl Bsdf {
         if wi.z <= 0.0 {
             return Response::default();
         }
-        let half = (wi + wo).normalize();
-        let l_dot_h = wi.dot(half).clamp(0.0, 1.0);
+        // Squared cosine between either direction and the half vector.
+        let l_dot_h2 = (0.5 + 0.5 * wi.dot(wo)).clamp(0.0, 1.0);
         let mut response = Response::default();
         if self.specular_chance < 1.0 {
             let lobe = match self.model {
                 DiffuseModel::Bevy => {
-                    let f90 = 0.5 + 2.0 * self.alpha * l_dot_h * l_dot_h;
+                    let f90 = 0.5 + 2.0 * self.alpha * l_dot_h2;
                     let schlick = |cos: f32| 1.0 + (f90 - 1.0) * (1.0 - cos).powi(5);
                     schlick(wi.z) * schlick(wo.z)
                 }
@@ -144,6 +152,7 @@ impl Bsdf {
             response.pdf += (1.0 - self.specular_chance) * wi.z / PI;
         }
         if self.specular_chance > 0.0 {
+            let half = (wi + wo).normalize();
             let a2 = self.alpha * self.alpha;
             let d = {
                 let k = 1.0 + half.z * half.z * (a2 - 1.0);
@@ -151,7 +160,7 @@ impl Bsdf {
             };
             let lambda = |cos: f32| (cos * cos * (1.0 - a2) + a2).sqrt();
             let v = 0.5 / (wi.z * lambda(wo.z) + wo.z * lambda(wi.z));
-            let f = self.f0 + (Vec3::splat(self.f90) - self.f0) * (1.0 - l_dot_h).powi(5);
+            let f = self.f0 + (Vec3::splat(self.f90) - self.f0) * (1.0 - l_dot_h2.sqrt()).powi(5);
             response.specular = f * self.multiscatter * (d * v * wi.z);
             // Density of visible normals over the Jacobian of the reflection (Heitz 2018, eq. 3, 17).
             let g1 = 2.0 * wo.z / (wo.z + lambda(wo.z));

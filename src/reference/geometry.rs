@@ -198,7 +198,7 @@ impl Tree {
 
     /// Distance, below `farthest`, and barycentric coordinates of the point in which a segment meets a
     /// triangle (Möller and Trumbore 1997), if it is there for such a segment.
-    #[inline]
+    #[inline(always)]
     fn meet(
         &self,
         segment: &Segment,

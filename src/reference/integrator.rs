@@ -141,7 +141,11 @@ pub(super) fn trace(
         }
 
         // Next-event estimation: one light, of whatever kind.
-        let u = sampler.next();
+        let u = if scene.light_is_drawn {
+            sampler.next()
+        } else {
+            [0.0; 4]
+        };
         if let Some((arrival, is_direct)) = scene.arrive(&vertex, u)
             && arrival.direction.dot(vertex.geometric_normal) > 0.0
         {
@@ -187,7 +191,7 @@ pub(super) fn trace(
             }
         };
         // Russian roulette: what goes on counts for what does not.
-        if depth >= 2 {
+        if depth >= 1 {
             let survive = next.max().min(0.95);
             if roulette >= survive {
                 break;

@@ -175,6 +175,7 @@ impl Distribution {
 }
 
 /// Light from outside of the scene.
+#[derive(Debug)]
 pub(super) enum Sky {
     /// Nits from everywhere.
     Constant(Vec3),
@@ -182,6 +183,7 @@ pub(super) enum Sky {
     Map(Box<SkyMap>),
 }
 
+#[derive(Debug)]
 pub(super) struct SkyMap {
     pub map: Cubemap,
     /// Nits of a texel of 1.

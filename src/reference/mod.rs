@@ -8,7 +8,7 @@
 //!
 //! Unidirectional path tracing with next-event estimation to every light, to emissive triangles and to
 //! image skies, weighted against sampling of the material (Veach 1997, balance heuristic); Russian
-//! roulette from the third bounce on; Owen-scrambled Sobol points (Burley 2020). A result depends on
+//! roulette from the second bounce on; Owen-scrambled Sobol points (Burley 2020). A result depends on
 //! scene, camera, settings and number of samples, and on nothing else: not on threads, not on time.
 //!
 //! # What is direct, what is indirect
@@ -26,6 +26,7 @@
 
 mod bsdf;
 mod film;
+mod fingerprint;
 mod geometry;
 mod integrator;
 mod lights;
@@ -142,6 +143,12 @@ impl Reference {
     /// The camera.
     pub fn camera(&self) -> ReferenceCamera {
         self.camera
+    }
+
+    /// A number that changes with everything on which the picture depends but its number of samples: the
+    /// scene, the camera, size, settings, and the path tracer itself.
+    pub fn fingerprint(&self) -> u64 {
+        fingerprint::of(&(&*self.scene, self.camera, self.film.size, self.settings))
     }
 
     /// Least number of paths of a pixel.

@@ -1,6 +1,6 @@
 //! The Bevy world, as the path tracer sees it.
 
-use std::{collections::HashMap, f32::consts::PI};
+use std::{collections::HashMap, f32::consts::PI, fmt};
 
 use bevy::{
     asset::{AssetId, Assets, Handle},
@@ -39,13 +39,14 @@ use crate::{
 };
 
 /// A texture of a material, and which texture coordinates it takes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Slot {
     texture: u32,
     channel: usize,
 }
 
 /// A `StandardMaterial`.
+#[derive(Debug)]
 struct Material {
     base_color: Vec4,
     base_color_texture: Option<Slot>,
@@ -79,8 +80,23 @@ pub struct ReferenceScene {
     emitter_of_face: HashMap<u32, u32>,
     /// Of kinds of light: each of `lights`, then all emitters together, then the sky.
     pub(super) light_choice: Distribution,
+    /// Whether next-event estimation takes random numbers: not where all light is that of one point.
+    pub(super) light_is_drawn: bool,
     /// What could not be taken over, in words.
     warnings: Vec<String>,
+}
+
+/// What it was made of; the rest follows from that.
+impl fmt::Debug for ReferenceScene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ReferenceScene")
+            .field("faces", &self.geometry.faces)
+            .field("materials", &self.materials)
+            .field("textures", &self.textures)
+            .field("lights", &self.lights)
+            .field("sky", &self.sky)
+            .finish_non_exhaustive()
+    }
 }
 
 /// A point of a surface, as a path meets it.
@@ -90,7 +106,7 @@ pub(super) struct Vertex {
     pub geometric_normal: Vec3,
     pub shading_normal: Vec3,
     pub surface: Surface,
-    /// Nits, as light and as seen.
+    /// Nits, as light and as seen; they differ for what is unlit.
     pub emission: Vec3,
     pub emission_seen: Vec3,
 }
@@ -171,7 +187,11 @@ impl ReferenceScene {
         }
         let others: f32 = weights.iter().sum();
         weights.push(map * others.max(1e-6));
+        let chosen = weights.iter().filter(|w| **w > 0.0).count();
+        let has_extent = |light: &Light| matches!(light, Light::Rect { .. });
+        let extended = emitted > 0.0 || map > 0.0 || lights.iter().any(has_extent);
         Self {
+            light_is_drawn: chosen > 1 || extended,
             light_choice: Distribution::new(weights),
             emitter_of_face: emitters
                 .iter()
@@ -574,12 +594,13 @@ impl Builder {
         let normal_texture =
             slot(&m.normal_map_texture, &m.normal_map_channel).map(|s| (s, m.flip_normal_map_y));
         let emissive = m.emissive.to_vec3();
-        // As Bevy shows it: `emissive * mix(1, exposure, weight)` against `nits * exposure`.
+        // As Bevy shows it: `emissive * mix(1, exposure, weight)` against `nits * exposure`; its deferred
+        // renderer loses the weight, which is 0 by default.
         let weight = m.emissive_exposure_weight;
         let seen = (1.0 - weight) / self.exposure + weight;
         let (emission, emission_seen) = match (m.unlit, self.units) {
             (false, EmissiveUnits::AsSeen) => (emissive * seen, emissive * seen),
-            (false, EmissiveUnits::Nits) => (emissive, emissive * seen),
+            (false, EmissiveUnits::Nits) => (emissive, emissive),
             (true, EmissiveUnits::AsSeen) => (
                 Vec3::splat(1.0 / self.exposure),
                 Vec3::splat(1.0 / self.exposure),

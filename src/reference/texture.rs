@@ -8,6 +8,7 @@ use bevy::{
 };
 
 /// An image in memory.
+#[derive(Debug)]
 pub(super) struct Texture {
     size: UVec2,
     texels: Texels,
@@ -16,6 +17,7 @@ pub(super) struct Texture {
     nearest: bool,
 }
 
+#[derive(Debug)]
 enum Texels {
     /// sRGB, four bytes a texel.
     Srgb(Vec<[u8; 4]>),
@@ -157,6 +159,7 @@ fn texels(image: &Image, layer: u32) -> Result<Texels, String> {
 }
 
 /// Six faces, as Bevy's skyboxes have them.
+#[derive(Debug)]
 pub(super) struct Cubemap {
     side: u32,
     faces: [Texels; 6],

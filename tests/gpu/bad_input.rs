@@ -10,7 +10,7 @@ use bevy::{
 use bevy_gi::prelude::*;
 
 use crate::{
-    common::{headless::image_target, scenes::cornell::diffuse},
+    common::{headless::image_target, scenes::stage::diffuse},
     support::{app, assert_sane, camera, luminance, material, room, settle, slab},
 };
 

@@ -16,7 +16,7 @@ use bevy::{
 use bevy_gi::{GiMaterial, GiMaterialPlugin, prelude::*};
 
 use crate::{
-    common::{headless::Headless, scenes::cornell::diffuse},
+    common::{headless::Headless, scenes::stage::diffuse},
     support::{app, camera, material, read_voxels, settle},
 };
 

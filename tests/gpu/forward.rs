@@ -6,7 +6,7 @@ use bevy_gi::prelude::*;
 use crate::{
     common::{
         headless::{Headless, Picture},
-        scenes::cornell::diffuse,
+        scenes::stage::diffuse,
     },
     support::{app, assert_sane, camera, luminance, material, room, settle},
 };

@@ -15,7 +15,7 @@ use bevy::{
 use bevy_gi::{EmissiveUnits, prelude::*};
 
 use crate::{
-    common::{headless::Headless, scenes::cornell::diffuse},
+    common::{headless::Headless, scenes::stage::diffuse},
     support::{app, assert_sane, camera, material, mean, settle, show, slab},
 };
 

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use bevy_gi::prelude::*;
 
 use crate::{
-    common::scenes::cornell::diffuse,
+    common::scenes::stage::diffuse,
     support::{app, assert_sane, camera, material, mean, room, settle, slab},
 };
 

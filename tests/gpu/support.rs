@@ -5,7 +5,6 @@ use std::sync::{Arc, Mutex};
 use bevy::{
     camera::Exposure,
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
-    ecs::system::RunSystemOnce,
     prelude::*,
     render::{
         Render, RenderApp, RenderSystems,
@@ -26,7 +25,7 @@ use bevy_gi::{
 
 use crate::common::{
     headless::{Headless, Picture, image_target},
-    scenes::cornell,
+    scenes::{cornell, stage::Stage},
 };
 
 /// With this exposure, a nit is 1 in the HDR target.
@@ -89,17 +88,7 @@ pub fn slab(
     max: Vec3,
     material: &Handle<StandardMaterial>,
 ) -> Entity {
-    let world = headless.app.world_mut();
-    let mesh = world
-        .resource_mut::<Assets<Mesh>>()
-        .add(Cuboid::from_size(max - min));
-    world
-        .spawn((
-            Mesh3d(mesh),
-            MeshMaterial3d(material.clone()),
-            Transform::from_translation(0.5 * (min + max)),
-        ))
-        .id()
+    Stage(headless.app.world_mut()).slab(min, max, material)
 }
 
 /// Six slabs around the inside of `min..max`.
@@ -110,23 +99,11 @@ pub fn room(
     wall: f32,
     material: &Handle<StandardMaterial>,
 ) {
-    let (lo, hi) = (min - wall, max + wall);
-    for axis in 0..3 {
-        let mut below = hi;
-        below[axis] = min[axis];
-        slab(headless, lo, below, material);
-        let mut above = lo;
-        above[axis] = max[axis];
-        slab(headless, above, hi, material);
-    }
+    Stage(headless.app.world_mut()).room(min, max, wall, material);
 }
 
 pub fn material(headless: &mut Headless, material: StandardMaterial) -> Handle<StandardMaterial> {
-    headless
-        .app
-        .world_mut()
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(material)
+    Stage(headless.app.world_mut()).material(material)
 }
 
 /// Waits until everything is loaded, starts history afresh, and renders `frames`.
@@ -164,17 +141,7 @@ pub fn assert_sane(picture: &Picture, what: &str) {
 
 /// The Cornell box of the examples.
 pub fn spawn_cornell(headless: &mut Headless) {
-    headless
-        .app
-        .world_mut()
-        .run_system_once(
-            |mut commands: Commands,
-             mut meshes: ResMut<Assets<Mesh>>,
-             mut materials: ResMut<Assets<StandardMaterial>>| {
-                cornell::spawn(&mut commands, &mut meshes, &mut materials);
-            },
-        )
-        .expect("the app has meshes and materials");
+    cornell::spawn(headless.app.world_mut());
 }
 
 /// The voxels of a volume.

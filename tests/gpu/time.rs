@@ -7,7 +7,10 @@ use bevy_gi::prelude::*;
 use crate::{
     common::{
         headless::Headless,
-        scenes::cornell::{self, CornellLight, diffuse},
+        scenes::{
+            cornell::{self, CornellLight},
+            stage::diffuse,
+        },
     },
     support::{
         app, assert_sane, camera, luminance, material, mean, room, settle, show, spawn_cornell,

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use bevy_gi::{prelude::*, scene::volume::Grid};
 
 use crate::{
-    common::scenes::cornell::diffuse,
+    common::scenes::stage::diffuse,
     support::{Voxels, app, camera, material, read_voxels, settle},
 };
 

@@ -2,6 +2,7 @@
 
 mod cargo;
 mod demo;
+mod quality;
 mod setup;
 mod sponza;
 
@@ -11,7 +12,7 @@ use clap::{Parser, Subcommand};
 #[derive(Parser)]
 #[command(
     name = "cargo xtask",
-    about = "Set-up, demo, tests and assets of bevy_gi"
+    about = "Set-up, demo, tests, measurements and assets of bevy_gi"
 )]
 struct Options {
     #[command(subcommand)]
@@ -34,6 +35,19 @@ enum Task {
         /// Only tests whose name contains this.
         filter: Option<String>,
     },
+    /// Renders scenes with every technique and with the path tracer, and compares: a page, a table, and all
+    /// luminances in out/quality. `-- --help` lists the options.
+    Quality {
+        /// Small pictures of the smaller scenes: under five minutes on two cores.
+        #[arg(long)]
+        quick: bool,
+        /// Also writes docs/quality.md.
+        #[arg(long)]
+        docs: bool,
+        /// More options, for example: -- --scene cornell --set VoxelConeTracingSettings.cones=8
+        #[arg(last = true)]
+        more: Vec<String>,
+    },
     /// Makes `assets/scenes/sponza.glb`, the same bytes each time.
     Assets,
 }
@@ -47,6 +61,10 @@ fn main() -> Result<()> {
         Task::Test { filter } => {
             setup::install(false)?;
             cargo::test(filter.as_deref())
+        }
+        Task::Quality { quick, docs, more } => {
+            setup::install(false)?;
+            quality::run(quick, docs, &more)
         }
         Task::Assets => {
             let path = cargo::root().join("assets/scenes/sponza.glb");

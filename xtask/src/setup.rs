@@ -17,9 +17,10 @@ const WINDOW_LIBRARIES: &[(&str, &str)] = &[
     ("libxrandr2", "libXrandr.so.2"),
     ("libxkbcommon-x11-0", "libxkbcommon-x11.so.0"),
 ];
-/// What the linker needs: Rust comes without one.
+/// What the linker needs, since Rust comes without one; and a compiler of C++, for FLIP.
 const TOOLS: &[(&str, &str)] = &[
     ("gcc", "/usr/bin/cc"),
+    ("g++", "/usr/bin/c++"),
     ("libc6-dev", "/usr/include/stdio.h"),
 ];
 

@@ -4,7 +4,17 @@
 use bevy::{light::NotShadowCaster, prelude::*};
 use bevy_gi::prelude::*;
 
-use super::SceneView;
+use super::{Content, Scene, SceneView, stage::Stage};
+
+pub const SCENE: Scene = Scene {
+    name: "cornell",
+    about: "the Cornell box under a bulb: one bounce after another, and colours that bleed",
+    content: Content::Built(spawn),
+    view,
+    sky: None,
+    motion: None,
+    quick: true,
+};
 
 /// The bulb; the examples move it.
 #[derive(Component)]
@@ -15,7 +25,7 @@ pub struct CornellLight;
 pub struct CornellBox;
 
 /// Half of width, height and depth of the room, metres.
-const HALF: Vec3 = Vec3::new(2.764, 2.744, 2.796);
+pub const HALF: Vec3 = Vec3::new(2.764, 2.744, 2.796);
 /// Thickness of the walls, metres.
 const WALL: f32 = 0.3;
 
@@ -34,89 +44,51 @@ pub fn view() -> SceneView {
     }
 }
 
-/// Perfectly diffuse, of a linear albedo.
-pub fn diffuse(color: [f32; 3]) -> StandardMaterial {
-    StandardMaterial {
-        base_color: Color::linear_rgb(color[0], color[1], color[2]),
-        perceptual_roughness: 1.0,
-        reflectance: 0.0,
+pub fn spawn(world: &mut World) {
+    spawn_box(world);
+    let mut stage = Stage(world);
+    let bulb = stage.bulb(BULB, CANDELA);
+    stage.0.entity_mut(bulb).insert(CornellLight);
+    // What is seen of the bulb: its light is the point light's.
+    let glass = stage.material(StandardMaterial {
+        base_color: Color::BLACK,
+        emissive: LinearRgba::rgb(6.0, 5.6, 5.0),
         ..default()
-    }
+    });
+    let glass = stage.mesh(Sphere::new(0.09), &glass, default());
+    let mut glass = stage.0.entity_mut(glass);
+    glass.insert((NotGiCaster, NotShadowCaster, ChildOf(bulb)));
 }
 
-pub fn spawn(
-    commands: &mut Commands,
-    meshes: &mut Assets<Mesh>,
-    materials: &mut Assets<StandardMaterial>,
-) {
-    let white = materials.add(diffuse([0.73, 0.73, 0.73]));
-    let red = materials.add(diffuse([0.63, 0.065, 0.05]));
-    let green = materials.add(diffuse([0.14, 0.45, 0.091]));
+/// The box without a light.
+pub fn spawn_box(world: &mut World) {
+    let mut stage = Stage(world);
+    let white = stage.paint([0.73, 0.73, 0.73]);
+    let red = stage.paint([0.63, 0.065, 0.05]);
+    let green = stage.paint([0.14, 0.45, 0.091]);
 
     let outer = HALF + WALL;
     let mut slab = |center: Vec3, half: Vec3, material: &Handle<StandardMaterial>| {
-        commands.spawn((
-            Mesh3d(meshes.add(Cuboid::from_size(half * 2.0))),
-            MeshMaterial3d(material.clone()),
-            Transform::from_translation(center + Vec3::Y * HALF.y),
-        ));
+        let center = center + Vec3::Y * HALF.y;
+        stage.slab(center - half, center + half, material);
     };
     let w = WALL * 0.5;
-    slab(
-        -Vec3::Y * (HALF.y + w),
-        Vec3::new(outer.x, w, outer.z),
-        &white,
-    );
-    slab(
-        Vec3::Y * (HALF.y + w),
-        Vec3::new(outer.x, w, outer.z),
-        &white,
-    );
-    slab(
-        -Vec3::Z * (HALF.z + w),
-        Vec3::new(outer.x, HALF.y, w),
-        &white,
-    );
-    slab(-Vec3::X * (HALF.x + w), Vec3::new(w, HALF.y, HALF.z), &red);
-    slab(Vec3::X * (HALF.x + w), Vec3::new(w, HALF.y, HALF.z), &green);
+    let lid = Vec3::new(outer.x, w, outer.z);
+    let back = Vec3::new(outer.x, HALF.y, w);
+    let side = Vec3::new(w, HALF.y, HALF.z);
+    slab(-Vec3::Y * (HALF.y + w), lid, &white);
+    slab(Vec3::Y * (HALF.y + w), lid, &white);
+    slab(-Vec3::Z * (HALF.z + w), back, &white);
+    slab(-Vec3::X * (HALF.x + w), side, &red);
+    slab(Vec3::X * (HALF.x + w), side, &green);
 
     // The boxes' footprints in the data are rotated by 17 degrees, give or take.
-    let mut block = |center: Vec2, size: Vec3, degrees: f32| {
-        commands
-            .spawn((
-                Mesh3d(meshes.add(Cuboid::from_size(size))),
-                MeshMaterial3d(white.clone()),
-                Transform::from_xyz(center.x, size.y * 0.5, center.y)
-                    .with_rotation(Quat::from_rotation_y(degrees.to_radians())),
-            ))
-            .id()
-    };
-    block(Vec2::new(0.909, 1.106), Vec3::new(1.67, 1.65, 1.67), -17.0);
-    let tall = block(Vec2::new(-0.921, -0.717), Vec3::new(1.66, 3.3, 1.66), 17.2);
-
-    commands.entity(tall).insert(CornellBox);
-    commands.spawn((
-        CornellLight,
-        PointLight {
-            intensity: CANDELA * 4.0 * std::f32::consts::PI,
-            range: 1000.0,
-            shadow_maps_enabled: true,
-            ..default()
-        },
-        Transform::from_translation(BULB),
-        // What is seen of the bulb: its light is the point light's.
-        children![(
-            Mesh3d(meshes.add(Sphere::new(0.09))),
-            MeshMaterial3d(materials.add(StandardMaterial {
-                base_color: Color::BLACK,
-                emissive: LinearRgba::rgb(6.0, 5.6, 5.0),
-                ..default()
-            })),
-            NotGiCaster,
-            NotShadowCaster,
-        )],
-    ));
-    commands.spawn((
+    let short = Vec3::new(1.67, 1.65, 1.67);
+    stage.block(Vec2::new(0.909, 1.106), short, -17.0, &white);
+    let tall = Vec3::new(1.66, 3.3, 1.66);
+    let tall = stage.block(Vec2::new(-0.921, -0.717), tall, 17.2, &white);
+    stage.0.entity_mut(tall).insert(CornellBox);
+    stage.0.spawn((
         GiVolume::new(Vec3::splat(6.4)),
         Transform::from_xyz(0.0, HALF.y, 0.0),
     ));

@@ -1,7 +1,19 @@
-//! Bundled scenes, one module each.
+//! Bundled scenes, one module each. None is made for one technique.
 
 pub mod cornell;
+pub mod cornell_area;
+pub mod emissive;
+pub mod foliage;
+pub mod furnace;
+pub mod glossy_floor;
+pub mod moving_light;
+pub mod sealed;
+pub mod sky_court;
 pub mod sponza;
+pub mod spot_window;
+pub mod stage;
+pub mod tunnel;
+pub mod two_rooms;
 
 use bevy::prelude::*;
 
@@ -15,6 +27,59 @@ pub struct SceneView {
     pub ev100: f32,
     /// Metres per second of the free camera.
     pub speed: f32,
+}
+
+/// A bundled scene.
+#[derive(Clone, Copy)]
+pub struct Scene {
+    /// As on command lines.
+    pub name: &'static str,
+    /// What it is a test of, in one sentence.
+    pub about: &'static str,
+    pub content: Content,
+    pub view: fn() -> SceneView,
+    /// Nits of a sky all around.
+    pub sky: Option<[f32; 3]>,
+    /// Something that moves: puts it where it is at a time of 0..=1.
+    pub motion: Option<fn(&mut World, f32)>,
+    /// Whether it is part of quick measurements.
+    pub quick: bool,
+}
+
+/// What a scene is made of.
+#[derive(Clone, Copy)]
+pub enum Content {
+    /// Built in code, with its volume.
+    Built(fn(&mut World)),
+    /// A glTF file, its path in the asset folder.
+    File(&'static str),
+}
+
+/// All bundled scenes.
+pub const ALL: [Scene; 13] = [
+    cornell::SCENE,
+    cornell_area::SCENE,
+    two_rooms::SCENE,
+    tunnel::SCENE,
+    sky_court::SCENE,
+    emissive::SCENE,
+    spot_window::SCENE,
+    glossy_floor::SCENE,
+    foliage::SCENE,
+    furnace::SCENE,
+    moving_light::SCENE,
+    sealed::SCENE,
+    sponza::SCENE,
+];
+
+/// The bundled scene of that name.
+pub fn find(name: &str) -> Option<Scene> {
+    ALL.into_iter().find(|scene| scene.name == name)
+}
+
+/// Names of all bundled scenes.
+pub fn names() -> String {
+    ALL.map(|scene| scene.name).join(", ")
 }
 
 /// Asset folder of this repository, also when an example is started from elsewhere.

@@ -2,10 +2,23 @@
 
 use bevy::prelude::*;
 
-use super::SceneView;
+use super::{Content, Scene, SceneView};
 
 /// Path of the scene in the asset folder.
 pub const PATH: &str = "scenes/sponza.glb";
+
+pub const SCENE: Scene = Scene {
+    name: "sponza",
+    about: "the atrium of the Sponza palace in the sun: a whole level",
+    content: Content::File(PATH),
+    view,
+    sky: Some(SKY),
+    motion: None,
+    quick: false,
+};
+
+/// Nits of the sky, on a clear day away from the sun.
+pub const SKY: [f32; 3] = [3200.0, 4300.0, 6500.0];
 
 pub fn view() -> SceneView {
     SceneView {

@@ -33,10 +33,9 @@ fn set_arguments(at: u32, workgroups: u32) {
 // One thread in all, after `allocate`.
 @compute @workgroup_size(1)
 fn brick_arguments() {
-    set_arguments(
-        #{ARGUMENT_BRICKS}u,
-        min(atomicLoad(&counters[#{COUNTER_BRICKS}u]), arrayLength(&brick_list)),
-    );
+    let bricks = min(atomicLoad(&counters[#{COUNTER_BRICKS}u]), arrayLength(&brick_list));
+    set_arguments(#{ARGUMENT_BRICKS}u, bricks);
+    set_arguments(#{ARGUMENT_CELLS}u, (bricks * 8u + 63u) / 64u);
 }
 
 // One thread in all, after `resolve`: where each slice starts, and how many workgroups it takes.

@@ -63,8 +63,10 @@ pub mod argument {
     pub const VOXELS: u32 = 3;
     /// The same for each slice.
     pub const SLICE: u32 = 6;
+    /// One thread for each 2x2x2 voxels of a brick, in workgroups of 64.
+    pub const CELLS: u32 = SLICE + 3 * SLICES;
     /// All of it.
-    pub const WORDS: u32 = SLICE + 3 * SLICES;
+    pub const WORDS: u32 = CELLS + 3;
     /// Most workgroups along x; more go into y.
     pub const ROW: u32 = 32768;
 }
@@ -85,6 +87,7 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
         ("ARGUMENT_BRICKS", argument::BRICKS),
         ("ARGUMENT_VOXELS", argument::VOXELS),
         ("ARGUMENT_SLICE", argument::SLICE),
+        ("ARGUMENT_CELLS", argument::CELLS),
         ("ARGUMENT_ROW", argument::ROW),
     ]
     .map(|(name, value)| ShaderDefVal::UInt(name.into(), value))

@@ -5,7 +5,7 @@
 // opaque, and each of its sides keeps its own light, at every level.
 
 #import bevy_gi::gpu::pack::{RADIANCE_SCALE, unpack_radiance}
-#import bevy_gi::scene::voxels::types::{BRICK_VOXELS, WORDS, brick_index, local_index, unpack_voxel}
+#import bevy_gi::scene::voxels::types::{BRICK_VOXELS, WORDS, brick_coords, local_index, unpack_voxel}
 
 struct Mip {
     cells: vec3<u32>,
@@ -42,26 +42,35 @@ fn store(cell: vec3<u32>, direction: u32, value: vec4<f32>) {
     textureStore(destination, vec3(cell.xy, cell.z + direction * mip.cells.z), value);
 }
 
-#ifdef VOXELS
-@group(0) @binding(2) var<storage, read> brick_map: array<u32>;
-@group(0) @binding(3) var<storage, read> pool: array<u32>;
-@group(0) @binding(4) var<storage, read> radiance: array<vec2<u32>>;
-
-// One thread a cell of level 0.
+#ifdef CLEAR
+// After a capture: where no brick is left, there is nothing. One thread a cell of level 0.
 @compute @workgroup_size(4, 4, 4)
-fn filter_voxels(@builtin(global_invocation_id) cell: vec3<u32>) {
+fn clear_cells(@builtin(global_invocation_id) cell: vec3<u32>) {
     if any(cell >= mip.cells) {
         return;
     }
-    let dims = mip.cells * 2u;
-    // The 8 voxels of a cell lie in one brick.
-    let slot = brick_map[brick_index(cell * 2u, dims)];
-    if slot == 0u {
-        for (var d = 0u; d < #{DIRECTIONS}u; d++) {
-            store(cell, d, vec4(0.0));
-        }
+    for (var d = 0u; d < #{DIRECTIONS}u; d++) {
+        store(cell, d, vec4(0.0));
+    }
+}
+#endif
+
+#ifdef VOXELS
+@group(0) @binding(2) var<storage, read> brick_list: array<u32>;
+@group(0) @binding(3) var<storage, read> pool: array<u32>;
+@group(0) @binding(4) var<storage, read> radiance: array<vec2<u32>>;
+@group(0) @binding(5) var<storage, read> counters: array<u32>;
+
+// One thread a cell of level 0, of which a brick has 8.
+@compute @workgroup_size(64)
+fn filter_voxels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = (group.y * #{ARGUMENT_ROW}u + group.x) * 64u + lane;
+    let slot = i / 8u;
+    if slot >= min(counters[#{COUNTER_BRICKS}u], arrayLength(&brick_list)) {
         return;
     }
+    let brick = brick_coords(brick_list[slot], mip.cells * 2u);
+    let cell = brick * 2u + vec3(i & 1u, (i >> 1u) & 1u, (i >> 2u) & 1u);
     // Of each voxel: radiance of front and back, and the normal, with 0 for "nothing there".
     var front: array<vec3<f32>, 8>;
     var back: array<vec3<f32>, 8>;
@@ -69,7 +78,7 @@ fn filter_voxels(@builtin(global_invocation_id) cell: vec3<u32>) {
     var two_sided: array<bool, 8>;
     for (var i = 0u; i < 8u; i++) {
         let at = cell * 2u + vec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
-        let index = (slot - 1u) * BRICK_VOXELS + local_index(at);
+        let index = slot * BRICK_VOXELS + local_index(at);
         let words = index * WORDS;
         let voxel = unpack_voxel(vec3(pool[words], pool[words + 1u], pool[words + 2u]));
         let light = radiance[index];

@@ -31,11 +31,13 @@ pub(crate) struct VctPipelines {
     pub cache_layout: BindGroupLayoutDescriptor,
     pub voxel_layout: BindGroupLayoutDescriptor,
     pub carry_layout: BindGroupLayoutDescriptor,
+    pub clear_cells_layout: BindGroupLayoutDescriptor,
     pub filter_voxels_layout: BindGroupLayoutDescriptor,
     pub filter_cells_layout: BindGroupLayoutDescriptor,
     carry: ComputePass,
     bounce: ComputePass,
     light: ComputePass,
+    clear_cells: ComputePass,
     filter_voxels: ComputePass,
     filter_cells: ComputePass,
 }
@@ -46,6 +48,7 @@ impl VctPipelines {
             self.carry,
             self.bounce,
             self.light,
+            self.clear_cells,
             self.filter_voxels,
             self.filter_cells,
         ]
@@ -137,7 +140,15 @@ pub(crate) fn init_vct_pipelines(
                 read(),
                 read(),
                 read(),
+                read(),
             ),
+        ),
+    );
+    let clear_cells_layout = layout(
+        "gi/vct/clear_cells",
+        &BindGroupLayoutEntries::sequential(
+            compute,
+            (uniform_buffer::<GpuMip>(false), cell_texture()),
         ),
     );
     let filter_cells_layout = layout(
@@ -184,6 +195,13 @@ pub(crate) fn init_vct_pipelines(
             "light",
             "LIGHT",
         ),
+        clear_cells: pass(
+            "gi/vct/clear_cells",
+            &[&clear_cells_layout],
+            &filter_shader,
+            "clear_cells",
+            "CLEAR",
+        ),
         filter_voxels: pass(
             "gi/vct/filter_voxels",
             &[&filter_voxels_layout],
@@ -201,6 +219,7 @@ pub(crate) fn init_vct_pipelines(
         cache_layout,
         voxel_layout,
         carry_layout,
+        clear_cells_layout,
         filter_voxels_layout,
         filter_cells_layout,
     });
@@ -234,26 +253,31 @@ pub(crate) fn update_vct(
         if let Some(carry) = &job.carry {
             record.run(&pipelines.carry, arguments(argument::VOXELS), &[carry]);
         }
-        for (slice, group) in &job.bounce {
-            record.run(
-                &pipelines.bounce,
-                arguments(argument::SLICE + 3 * slice),
-                &[group, &scene.0, cache_group],
-            );
-        }
+        let bounce = job.bounce.iter().map(|(slice, group)| {
+            let slice = arguments(argument::SLICE + 3 * slice);
+            (slice, [group, &scene.0, cache_group])
+        });
+        record.run_all(&pipelines.bounce, None, bounce);
         record.run(
             &pipelines.light,
             arguments(argument::VOXELS),
             &[&job.light, &scene.0],
         );
         let block = UVec3::splat(4);
+        if let Some(clear) = &job.clear_cells {
+            record.run(
+                &pipelines.clear_cells,
+                groups(job.cells[0], block),
+                &[clear],
+            );
+        }
         record.run(
             &pipelines.filter_voxels,
-            groups(job.cells[0], block),
+            arguments(argument::CELLS),
             &[&job.filter_voxels],
         );
-        for (group, cells) in job.filter_cells.iter().zip(&job.cells[1..]) {
-            record.run(&pipelines.filter_cells, groups(*cells, block), &[group]);
-        }
+        let levels = job.filter_cells.iter().zip(&job.cells[1..]);
+        let levels = levels.map(|(group, cells)| (groups(*cells, block), [group]));
+        record.run_all(&pipelines.filter_cells, None, levels);
     }
 }

@@ -75,6 +75,8 @@ pub(crate) struct VctJob {
     /// Slices to trace, each with its group 0.
     pub bounce: Vec<(u32, BindGroup)>,
     pub light: BindGroup,
+    /// After a capture.
+    pub clear_cells: Option<BindGroup>,
     pub filter_voxels: BindGroup,
     pub filter_cells: Vec<BindGroup>,
     /// Cells of each level.
@@ -316,11 +318,19 @@ impl VctCache {
             &BindGroupEntries::sequential((
                 &mip(0),
                 &level_view(0),
-                voxels.brick_map().as_entire_binding(),
+                voxels.brick_list.as_entire_binding(),
                 voxels.pool.as_entire_binding(),
                 radiance.as_entire_binding(),
+                voxels.counters.as_entire_binding(),
             )),
         );
+        let clear_cells = captured.then(|| {
+            device.create_bind_group(
+                "gi/vct/clear_cells",
+                &cache.get_bind_group_layout(&pipelines.clear_cells_layout),
+                &BindGroupEntries::sequential((&mip(0), &level_view(0))),
+            )
+        });
         let filter_cells = (1..cells.len())
             .map(|level| {
                 device.create_bind_group(
@@ -339,6 +349,7 @@ impl VctCache {
             carry,
             bounce,
             light: group(0),
+            clear_cells,
             filter_voxels,
             filter_cells,
             cells,

@@ -1,0 +1,229 @@
+//! Command-line options about techniques and settings, and what they do to a world.
+
+use std::path::PathBuf;
+
+use bevy::{
+    prelude::*,
+    reflect::{GetPath, serde::TypedReflectDeserializer},
+};
+use bevy_gi::{FieldRange, prelude::*, reference::ReferenceSettings};
+use serde::de::DeserializeSeed;
+
+use super::scenes;
+
+/// Settings on the command line.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct SettingsOptions {
+    /// Sets a field, for example VoxelConeTracingSettings.cones=8. Repeatable.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub sets: Vec<String>,
+    /// Settings as RON: ( settings: (..), vct: (..), debug: (..), reference: (..) ), each optional.
+    #[arg(long, value_name = "FILE.ron")]
+    pub settings: Option<PathBuf>,
+}
+
+/// What `--technique` names.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Technique {
+    Gi(GiTechnique),
+    /// The path tracer.
+    Reference,
+}
+
+impl Technique {
+    /// All of them.
+    pub fn all() -> Vec<Self> {
+        let gi = GiTechnique::ALL.into_iter().map(Self::Gi);
+        gi.chain([Self::Reference]).collect()
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gi(technique) => technique.name(),
+            Self::Reference => "reference",
+        }
+    }
+
+    /// Lets cameras show it; beside the path tracer, they show direct light.
+    pub fn apply(self, settings: &mut GiSettings) {
+        settings.technique = match self {
+            Self::Gi(technique) => technique,
+            Self::Reference => GiTechnique::Off,
+        };
+    }
+}
+
+/// Names of all techniques.
+pub fn technique_names() -> String {
+    let names: Vec<_> = Technique::all().iter().map(|t| t.name()).collect();
+    names.join(" ")
+}
+
+pub fn technique(name: &str) -> Result<Technique, String> {
+    let all = Technique::all();
+    let known = all.iter().find(|technique| technique.name() == name);
+    known
+        .copied()
+        .ok_or_else(|| format!("no such technique; there are: {}", technique_names()))
+}
+
+pub fn view(name: &str) -> Result<GiView, String> {
+    GiView::from_name(name).ok_or_else(|| {
+        let names = GiView::ALL.map(GiView::name).join(", ");
+        format!("no such view; there are: {names}")
+    })
+}
+
+/// A number in a range.
+pub fn number(text: &str, min: f32, max: f32) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|value| (min..=max).contains(value))
+        .ok_or(format!("a number from {min} to {max} is wanted"))
+}
+
+pub fn size(text: &str) -> Result<UVec2, String> {
+    text.split_once('x')
+        .and_then(|(w, h)| Some(UVec2::new(w.parse().ok()?, h.parse().ok()?)))
+        .filter(|s| s.min_element() > 0 && s.max_element() <= 8192)
+        .ok_or("width x height is wanted, each 1 to 8192, like 640x360".into())
+}
+
+pub fn vector(text: &str) -> Result<Vec3, String> {
+    let parts: Result<Vec<f32>, _> = text.split(',').map(|p| p.trim().parse()).collect();
+    match parts.as_deref() {
+        Ok([x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok(Vec3::new(*x, *y, *z)),
+        _ => Err("three numbers are wanted, like 1,2.5,-3".into()),
+    }
+}
+
+/// Everything that `--settings` can hold.
+#[derive(serde::Deserialize, Default)]
+#[serde(default, deny_unknown_fields)]
+struct SettingsFile {
+    settings: GiSettings,
+    vct: VoxelConeTracingSettings,
+    debug: GiDebugSettings,
+    reference: ReferenceSettings,
+}
+
+impl SettingsOptions {
+    /// Applies them. Without a file, ambient light is replaced, and what is not asked for stays dark.
+    pub fn apply(&self, world: &mut World, technique: Option<Technique>) -> Result<(), String> {
+        world.init_resource::<ReferenceSettings>();
+        if let Some(path) = &self.settings {
+            let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+            let text = std::fs::read_to_string(path).map_err(|e| fail(&e))?;
+            let file: SettingsFile = ron::from_str(&text).map_err(|e| fail(&e))?;
+            world.insert_resource(file.settings);
+            world.insert_resource(file.vct);
+            world.insert_resource(file.debug);
+            world.insert_resource(file.reference);
+        } else {
+            let mut gi = world.resource_mut::<GiSettings>();
+            gi.replace_ambient = true;
+            gi.sky = GiSky::Black;
+        }
+        if let Some(technique) = technique {
+            technique.apply(&mut world.resource_mut::<GiSettings>());
+        }
+        for set in &self.sets {
+            apply_set(world, set)?;
+        }
+        Ok(())
+    }
+}
+
+/// `Resource.path.to.field=value`, the value as RON.
+fn apply_set(world: &mut World, set: &str) -> Result<(), String> {
+    let wanted = "Settings.field=value is wanted";
+    let (path, value) = set
+        .split_once('=')
+        .ok_or(format!("--set {set}: {wanted}"))?;
+    let (resource, field) = path
+        .split_once('.')
+        .ok_or(format!("--set {set}: {wanted}"))?;
+    let registry = world.resource::<AppTypeRegistry>().clone();
+    let registry = registry.read();
+    let unknown = || format!("--set {set}: there is no settings resource '{resource}'; see --list");
+    let mut target = settings_mut(world, resource).ok_or_else(unknown)?;
+    let target = target
+        .reflect_path_mut(format!(".{field}").as_str())
+        .map_err(|_| format!("--set {set}: '{resource}' has no field '{field}'; see --list"))?;
+    let type_id = target
+        .get_represented_type_info()
+        .map(|info| info.type_id())
+        .ok_or_else(unknown)?;
+    let field_type = registry.get(type_id).ok_or_else(unknown)?;
+    let fail = |e: &dyn std::fmt::Display| format!("--set {set}: {e}");
+    let mut deserializer = ron::de::Deserializer::from_str(value).map_err(|e| fail(&e))?;
+    let new = TypedReflectDeserializer::new(field_type, &registry)
+        .deserialize(&mut deserializer)
+        .map_err(|e| fail(&e))?;
+    deserializer.end().map_err(|e| fail(&e))?;
+    target.apply(&*new);
+    Ok(())
+}
+
+/// The settings resource of that name.
+fn settings_mut<'w>(world: &'w mut World, name: &str) -> Option<Mut<'w, dyn Reflect>> {
+    fn of<T: Resource<Mutability = bevy::ecs::component::Mutable> + Reflect>(
+        world: &mut World,
+    ) -> Mut<'_, dyn Reflect> {
+        world
+            .resource_mut::<T>()
+            .map_unchanged(|t| t as &mut dyn Reflect)
+    }
+    Some(match name {
+        "GiSettings" => of::<GiSettings>(world),
+        "VoxelConeTracingSettings" => of::<VoxelConeTracingSettings>(world),
+        "GiDebugSettings" => of::<GiDebugSettings>(world),
+        "ReferenceSettings" => of::<ReferenceSettings>(world),
+        _ => return None,
+    })
+}
+
+/// The variants of an enum, for `--list`.
+fn variants(value: &dyn PartialReflect) -> String {
+    match value.get_represented_type_info() {
+        Some(bevy::reflect::TypeInfo::Enum(info)) => {
+            format!("  {}", info.variant_names().join(" | "))
+        }
+        _ => String::new(),
+    }
+}
+
+/// Prints techniques, views, scenes and settings.
+pub fn list() {
+    println!("techniques: {}", technique_names());
+    println!("views: {}", GiView::ALL.map(GiView::name).join(" "));
+    println!("bundled scenes:");
+    for scene in scenes::ALL {
+        println!("  {:14} {}", scene.name, scene.about);
+    }
+    println!("settings and components, with their defaults and ranges:");
+    let dump = |name: &str, value: &dyn PartialReflect, ranges: Vec<FieldRange>| {
+        if let bevy::reflect::ReflectRef::Struct(fields) = value.reflect_ref() {
+            for i in 0..fields.field_len() {
+                let field = fields.name_at(i).unwrap_or_default();
+                let value = fields.field_at(i).unwrap();
+                let range = match ranges.iter().find(|range| range.field == field) {
+                    // Single precision, as the fields have it.
+                    Some(range) => format!("  {}..={}", range.min as f32, range.max as f32),
+                    None => variants(value),
+                };
+                println!("  {name}.{field} = {value:?}{range}");
+            }
+        }
+    };
+    dump("GiSettings", &GiSettings::default(), GiSettings::ranges());
+    dump(
+        "VoxelConeTracingSettings",
+        &VoxelConeTracingSettings::default(),
+        VoxelConeTracingSettings::ranges(),
+    );
+    dump("GiVolume", &GiVolume::default(), GiVolume::ranges());
+    dump("GiLight", &GiLight::default(), GiLight::ranges());
+    dump("GiDebugSettings", &GiDebugSettings::default(), vec![]);
+    dump("ReferenceSettings", &ReferenceSettings::default(), vec![]);
+}

@@ -1,0 +1,35 @@
+//! The Cornell box lit as the original is: by a patch of the ceiling that shines.
+
+use bevy::prelude::*;
+
+use super::{
+    Content, Scene, SceneView, cornell,
+    stage::{Stage, shining},
+};
+
+pub const SCENE: Scene = Scene {
+    name: "cornell_area",
+    about: "the Cornell box under a patch that shines: all light on its walls is indirect",
+    content: Content::Built(spawn),
+    view,
+    sky: None,
+    motion: None,
+    quick: true,
+};
+
+fn view() -> SceneView {
+    SceneView {
+        ev100: 5.2,
+        ..cornell::view()
+    }
+}
+
+fn spawn(world: &mut World) {
+    cornell::spawn_box(world);
+    let mut stage = Stage(world);
+    let lamp = stage.material(shining([900.0, 780.0, 560.0], view().ev100));
+    // As large as in the data, and thick enough to be seen by a voxel.
+    let half = Vec3::new(0.65, 0.03, 0.525);
+    let center = Vec3::new(0.0, 2.0 * cornell::HALF.y - half.y, 0.0);
+    stage.slab(center - half, center + half, &lamp);
+}

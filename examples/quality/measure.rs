@@ -1,0 +1,253 @@
+//! Every scene with every technique.
+
+use std::time::Instant;
+
+use bevy::render::renderer::RenderAdapterInfo;
+use bevy_gi::GiTechnique;
+
+use crate::{
+    Options,
+    common::{
+        capture,
+        figures::{self, Errors},
+        headless::Picture,
+        projector::Projector,
+        quality::{self, Curve, Effort, Pictures, WALLS},
+        scenes::{self, Scene},
+        studio::Studio,
+    },
+};
+
+/// The scene whose light is watched over time.
+const STILL: &str = "cornell";
+/// The scene that is all about leaks.
+const SEALED: &str = "sealed";
+
+/// Everything that was measured.
+pub struct Report {
+    pub adapter: String,
+    pub effort: Effort,
+    pub scenes: Vec<SceneReport>,
+}
+
+pub struct SceneReport {
+    pub scene: Scene,
+    /// As seen: the picture, and its indirect light alone.
+    pub truth: [Picture; 2],
+    /// Relative RMSE of the truth itself.
+    pub noise: f32,
+    pub techniques: Vec<TechniqueReport>,
+}
+
+pub struct TechniqueReport {
+    pub technique: GiTechnique,
+    /// As seen: the picture, and its indirect light alone.
+    pub seen: [Picture; 2],
+    pub flip_map: Picture,
+    pub heat_map: Option<Picture>,
+    /// Relative errors of blocks, without those where there is no truth.
+    pub errors: Vec<f32>,
+    pub curves: Vec<(&'static str, Curve)>,
+    pub figures: Vec<(Figure, f32)>,
+}
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    MeanRatio,
+    RelativeRmse,
+    MedianError,
+    Flip,
+    GpuMs,
+    MemoryMib,
+    Still,
+    Pan,
+    ReactionOff,
+    ReactionOn,
+    Lag,
+    Settling,
+    /// By the wall's index in [`WALLS`].
+    Leak(usize),
+}
+
+impl Figure {
+    /// As in tables.
+    pub fn name(self) -> String {
+        match self {
+            Self::MeanRatio => "mean ratio".into(),
+            Self::RelativeRmse => "relative RMSE".into(),
+            Self::MedianError => "median error".into(),
+            Self::Flip => "FLIP".into(),
+            Self::GpuMs => "GI, ms a frame".into(),
+            Self::MemoryMib => "GI, MiB".into(),
+            Self::Still => "still picture: temporal deviation".into(),
+            Self::Pan => "slow pan: largest change a frame".into(),
+            Self::ReactionOff => "lamp off: frames to 90 %".into(),
+            Self::ReactionOn => "lamp on: frames to 90 %".into(),
+            Self::Lag => "moving: relative RMSE to the settled picture".into(),
+            Self::Settling => "after moving: frames to 90 %".into(),
+            Self::Leak(wall) => format!("leak through {} voxels of wall", WALLS[wall]),
+        }
+    }
+
+    pub fn format(self, value: f32) -> String {
+        match self {
+            Self::Still | Self::Pan | Self::Leak(_) => format!("{:.2} %", 100.0 * value),
+            Self::ReactionOff | Self::ReactionOn | Self::Settling => format!("{value:.0}"),
+            Self::GpuMs | Self::MemoryMib => format!("{value:.1}"),
+            _ => format!("{value:.3}"),
+        }
+    }
+
+    /// Whether it belongs into the table of errors, of which each scene is a row.
+    pub fn is_of_picture(self) -> bool {
+        matches!(
+            self,
+            Self::MeanRatio
+                | Self::RelativeRmse
+                | Self::MedianError
+                | Self::Flip
+                | Self::GpuMs
+                | Self::MemoryMib
+        )
+    }
+}
+
+impl TechniqueReport {
+    pub fn get(&self, figure: Figure) -> Option<f32> {
+        let found = self.figures.iter().find(|(f, _)| *f == figure);
+        found.map(|(_, value)| *value)
+    }
+}
+
+/// The scenes of a run.
+pub fn scenes(quick: bool) -> Vec<Scene> {
+    scenes::ALL
+        .into_iter()
+        .filter(|scene| !quick || scene.quick)
+        .collect()
+}
+
+pub fn all(scenes: &[Scene], effort: &Effort, options: &Options) -> Result<Report, String> {
+    let mut report = Report {
+        adapter: String::new(),
+        effort: *effort,
+        scenes: Vec::new(),
+    };
+    for scene in scenes {
+        let start = Instant::now();
+        report
+            .scenes
+            .push(measure(scene, effort, options, &mut report.adapter)?);
+        let seconds = start.elapsed().as_secs_f32();
+        eprintln!("{:14} {seconds:5.1} s", scene.name);
+    }
+    Ok(report)
+}
+
+fn measure(
+    scene: &Scene,
+    effort: &Effort,
+    options: &Options,
+    adapter: &mut String,
+) -> Result<SceneReport, String> {
+    let exr = |technique: &str, pictures: &Pictures| {
+        let folder = options.out.join("exr");
+        let path = |view| folder.join(format!("{}_{technique}_{view}.exr", scene.name));
+        capture::write(&pictures.full, &path("full"))?;
+        capture::write(&pictures.indirect, &path("indirect"))
+    };
+    let mut studio = quality::open(scene, effort, &options.settings)?;
+    if let Some(info) = studio.world().get_resource::<RenderAdapterInfo>() {
+        *adapter = format!("{} ({})", info.name, info.driver_info);
+    }
+    let truth = quality::truth(&mut studio, effort.paths, &options.cache)?;
+    exr("reference", &truth.pictures)?;
+    let projector = Projector::new(&mut studio.headless, effort.size);
+    let exposure = studio.exposure;
+    let seen = |studio: &mut Studio, pictures: &Pictures| {
+        [&pictures.full, &pictures.indirect]
+            .map(|picture| projector.picture(&mut studio.headless, picture, exposure))
+    };
+    let mut report = SceneReport {
+        scene: *scene,
+        truth: seen(&mut studio, &truth.pictures),
+        noise: truth.noise(),
+        techniques: Vec::new(),
+    };
+    let blocks = figures::blocks(&truth.pictures.indirect);
+    for technique in GiTechnique::ALL {
+        quality::choose(&mut studio, technique);
+        let pictures = quality::shoot(&mut studio, effort);
+        exr(technique.name(), &pictures)?;
+        let mut figures = Vec::new();
+        let errors = Errors::new(&figures::blocks(&pictures.indirect), &blocks);
+        if let Some(errors) = &errors {
+            figures.push((Figure::MeanRatio, errors.mean_ratio));
+            figures.push((Figure::RelativeRmse, errors.relative_rmse));
+            figures.push((Figure::MedianError, errors.median_error));
+        }
+        let seen = seen(&mut studio, &pictures);
+        let (flip, flip_map) = figures::flip_of(&seen[0], &report.truth[0]);
+        figures.push((Figure::Flip, flip));
+        let mut curves = Vec::new();
+        if technique != GiTechnique::Off {
+            cost(&mut studio, effort, &mut figures);
+            over_time(scene, &mut studio, effort, &mut figures, &mut curves);
+            if scene.name == SEALED {
+                let leaks = quality::leaks(technique, effort, &options.settings)?;
+                let leaks = leaks.into_iter().enumerate();
+                figures.extend(leaks.map(|(wall, leak)| (Figure::Leak(wall), leak)));
+            }
+        }
+        report.techniques.push(TechniqueReport {
+            technique,
+            seen,
+            flip_map,
+            heat_map: errors.as_ref().map(|e| figures::heat_map(e, blocks.size)),
+            errors: errors.map_or(Vec::new(), |errors| {
+                errors
+                    .relative
+                    .into_iter()
+                    .filter(|e| !e.is_nan())
+                    .collect()
+            }),
+            curves,
+            figures,
+        });
+    }
+    Ok(report)
+}
+
+fn cost(studio: &mut Studio, effort: &Effort, figures: &mut Vec<(Figure, f32)>) {
+    studio.headless.steps(effort.frames / 2);
+    let stats = capture::statistics(&studio.headless);
+    let number = |name: &str| stats[name].as_f64().unwrap_or(0.0) as f32;
+    figures.push((Figure::GpuMs, number("gi_gpu_ms")));
+    figures.push((Figure::MemoryMib, number("memory_total_bytes") / 1048576.0));
+}
+
+fn over_time(
+    scene: &Scene,
+    studio: &mut Studio,
+    effort: &Effort,
+    figures: &mut Vec<(Figure, f32)>,
+    curves: &mut Vec<(&'static str, Curve)>,
+) {
+    if scene.name == STILL {
+        figures.push((Figure::Still, quality::stability(studio, effort)));
+        figures.push((Figure::Pan, quality::pan(studio, effort)));
+        let [off, on] = quality::reaction(studio, effort);
+        figures.push((Figure::ReactionOff, off.frames_to_90_percent() as f32));
+        figures.push((Figure::ReactionOn, on.frames_to_90_percent() as f32));
+        curves.push(("lamp off", off));
+        curves.push(("lamp on", on));
+    }
+    if let Some(motion) = scene.motion {
+        let following = quality::following(studio, motion, effort);
+        let settling = following.curve.frames_to_90_percent();
+        figures.push((Figure::Lag, following.lag));
+        figures.push((Figure::Settling, settling as f32));
+        curves.push(("after moving", following.curve));
+    }
+}
