@@ -181,15 +181,6 @@ fn measure(
         let pictures = quality::shoot(&mut studio, effort);
         exr(technique.name(), &pictures)?;
         let mut figures = Vec::new();
-        let errors = Errors::new(&figures::blocks(&pictures.indirect), &blocks);
-        if let Some(errors) = &errors {
-            figures.push((Figure::MeanRatio, errors.mean_ratio));
-            figures.push((Figure::RelativeRmse, errors.relative_rmse));
-            figures.push((Figure::MedianError, errors.median_error));
-        }
-        let seen = seen(&mut studio, &pictures);
-        let (flip, flip_map) = figures::flip_of(&seen[0], &report.truth[0]);
-        figures.push((Figure::Flip, flip));
         let mut curves = Vec::new();
         if technique != GiTechnique::Off {
             cost(&mut studio, effort, &mut figures);
@@ -200,6 +191,15 @@ fn measure(
                 figures.extend(leaks.map(|(wall, leak)| (Figure::Leak(wall), leak)));
             }
         }
+        let errors = Errors::new(&figures::blocks(&pictures.indirect), &blocks);
+        if let Some(errors) = &errors {
+            figures.push((Figure::MeanRatio, errors.mean_ratio));
+            figures.push((Figure::RelativeRmse, errors.relative_rmse));
+            figures.push((Figure::MedianError, errors.median_error));
+        }
+        let seen = seen(&mut studio, &pictures);
+        let (flip, flip_map) = figures::flip_of(&seen[0], &report.truth[0]);
+        figures.push((Figure::Flip, flip));
         report.techniques.push(TechniqueReport {
             technique,
             seen,

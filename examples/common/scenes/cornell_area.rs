@@ -28,8 +28,8 @@ fn spawn(world: &mut World) {
     cornell::spawn_box(world);
     let mut stage = Stage(world);
     let lamp = stage.material(shining([900.0, 780.0, 560.0], view().ev100));
-    // As large as in the data, and thick enough to be seen by a voxel.
-    let half = Vec3::new(0.65, 0.03, 0.525);
-    let center = Vec3::new(0.0, 2.0 * cornell::HALF.y - half.y, 0.0);
-    stage.slab(center - half, center + half, &lamp);
+    // As large as in the data, a centimetre below the ceiling.
+    let at =
+        Transform::from_xyz(0.0, 2.0 * cornell::HALF.y - 0.01, 0.0).looking_to(Vec3::Y, Vec3::Z);
+    stage.mesh(Rectangle::new(1.3, 1.05), &lamp, at);
 }

@@ -14,7 +14,7 @@ pub const SCENE: Scene = Scene {
     view,
     sky: None,
     motion: None,
-    quick: true,
+    quick: false,
 };
 
 fn view() -> SceneView {
@@ -31,8 +31,6 @@ fn spawn(world: &mut World) {
     let mut stage = Stage(world);
     let walls = stage.material(StandardMaterial {
         base_color: Color::linear_rgb(0.5, 0.5, 0.5),
-        // At this roughness Bevy's diffuse lobe reflects as much as Lambert's.
-        perceptual_roughness: 0.65,
         ..shining([1.0; 3], view().ev100)
     });
     let half = Vec3::splat(2.0);

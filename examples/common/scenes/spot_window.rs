@@ -11,7 +11,7 @@ pub const SCENE: Scene = Scene {
     view,
     sky: None,
     motion: None,
-    quick: true,
+    quick: false,
 };
 
 fn view() -> SceneView {

@@ -6,11 +6,12 @@ use bevy_gi::prelude::*;
 /// A world to put meshes, lights and volumes into.
 pub struct Stage<'w>(pub &'w mut World);
 
-/// Perfectly diffuse, of a linear albedo.
+/// Perfectly diffuse, of a linear albedo. At this roughness Bevy's diffuse lobe reflects as much as
+/// Lambert's, which other path tracers have.
 pub fn diffuse(color: [f32; 3]) -> StandardMaterial {
     StandardMaterial {
         base_color: Color::linear_rgb(color[0], color[1], color[2]),
-        perceptual_roughness: 1.0,
+        perceptual_roughness: 0.65,
         reflectance: 0.0,
         ..default()
     }

@@ -59,11 +59,17 @@ fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     n = select(vec3(0.0, 1.0, 0.0), normalize(n), dot(n, n) > 0.0);
 
     let color = vec3<f32>(vec3(pool[at], pool[at + 1u], pool[at + 2u])) / 65535.0;
+    // Layers behind one another count once: a lamp just below a ceiling shines as brightly as alone. A
+    // layer across the voxel has an area of 1 over the largest component of its normal, and each view
+    // samples what it sees of that.
+    let a = abs(n);
+    let layer = vec3(#{LAYER_SAMPLES}.0 * (a.x + a.y + a.z) / max(a.x, max(a.y, a.z)));
+    let samples_once = dot(min(positive, layer) + min(negative, layer), vec3(1.0));
     let emission = vec3<f32>(vec3(pool[at + 8u], pool[at + 9u], pool[at + 10u])) / voxelize.emission.w;
     let flags = FLAG_SURFACE | select(0u, FLAG_TWO_SIDED, two_sided);
     pool[at] = pack4x8unorm(vec4(color / total, 1.0));
     pool[at + 1u] = pack_normal(n, flags);
-    pool[at + 2u] = pack_radiance(emission / total);
+    pool[at + 2u] = pack_radiance(emission / samples_once);
     let slice = brick_slice(brick_coords(brick_list[slot], voxelize.volume.dims));
     atomicAdd(&counters[#{COUNTER_SLICE_COUNT}u + slice], 1u);
 }

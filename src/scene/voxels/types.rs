@@ -78,6 +78,7 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
         ("BRICK", BRICK),
         ("BRICK_VOXELS", BRICK_VOXELS),
         ("SLICES", SLICES),
+        ("LAYER_SAMPLES", SUPERSAMPLING * SUPERSAMPLING),
         ("STEP_MARK", VoxelizeStep::Mark as u32),
         ("COUNTER_BRICKS", counter::BRICKS),
         ("COUNTER_VOXELS", counter::VOXELS),
