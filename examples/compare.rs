@@ -77,6 +77,8 @@ struct Comparison {
     layout: Layout,
     split: f32,
     overlay: Handle<Overlay>,
+    /// The pictures have become other textures.
+    resized: bool,
 }
 
 /// The left or the right picture.
@@ -85,25 +87,26 @@ struct Side {
     camera: Entity,
     /// What the camera draws into.
     live: Handle<Image>,
-    /// The path tracer's latest picture, and its paths a pixel.
-    traced: Option<(Handle<Image>, u32)>,
+    /// The path tracer's latest picture.
+    trace: Handle<Image>,
+    /// Its paths a pixel, once there is one.
+    paths: Option<u32>,
 }
 
 impl Side {
     /// What is shown of it.
     fn image(&self) -> Handle<Image> {
-        match (self.technique, &self.traced) {
-            (Technique::Reference, Some((image, _))) => image.clone(),
-            (Technique::Reference, None) => Handle::default(),
-            _ => self.live.clone(),
+        match self.technique {
+            Technique::Reference => self.trace.clone(),
+            Technique::Gi(_) => self.live.clone(),
         }
     }
 
     fn label(&self) -> String {
-        match (self.technique, &self.traced) {
+        match (self.technique, self.paths) {
             (Technique::Reference, None) => "reference, starting".into(),
-            (Technique::Reference, Some((_, 0))) => "reference, first sketch".into(),
-            (Technique::Reference, Some((_, paths))) => format!("reference, {paths} paths a pixel"),
+            (Technique::Reference, Some(0)) => "reference, first sketch".into(),
+            (Technique::Reference, Some(paths)) => format!("reference, {paths} paths a pixel"),
             (technique, _) => technique.name().into(),
         }
     }
@@ -156,6 +159,9 @@ fn run(options: Options) -> Result<(), String> {
 }
 
 fn setup(world: &mut World, options: &Options) {
+    let trace = world
+        .resource_mut::<Assets<Image>>()
+        .add(target(options.size));
     let sides = [options.left, options.right].map(|technique| {
         let live = world
             .resource_mut::<Assets<Image>>()
@@ -167,7 +173,8 @@ fn setup(world: &mut World, options: &Options) {
             technique,
             camera,
             live,
-            traced: None,
+            trace: trace.clone(),
+            paths: None,
         }
     });
     // The second camera goes where the first one flies.
@@ -215,6 +222,7 @@ fn setup(world: &mut World, options: &Options) {
         },
         split: 0.5,
         overlay,
+        resized: false,
     });
 }
 
@@ -228,15 +236,19 @@ fn target(size: UVec2) -> Image {
 /// Targets are as large as the window.
 fn resize(
     window: Single<&Window, (With<PrimaryWindow>, Changed<Window>)>,
-    comparison: Res<Comparison>,
+    mut comparison: ResMut<Comparison>,
     mut images: ResMut<Assets<Image>>,
 ) {
     let size = window.physical_size().max(UVec2::ONE);
-    for side in &comparison.sides {
-        if images.get(&side.live).is_some_and(|i| i.size() != size) {
-            let _ = images.insert(&side.live, target(size));
+    let [left, right] = &comparison.sides;
+    let mut resized = false;
+    for image in [&left.live, &right.live, &left.trace] {
+        if images.get(image).is_some_and(|i| i.size() != size) {
+            let _ = images.insert(image, target(size));
+            resized = true;
         }
     }
+    comparison.resized |= resized;
 }
 
 fn keys(
@@ -255,7 +267,7 @@ fn keys(
         if keys.just_pressed(key) {
             let side = &mut comparison.sides[side];
             side.technique = next(&Technique::all(), side.technique);
-            side.traced = None;
+            side.paths = None;
         }
     }
     if keys.just_pressed(KeyCode::KeyC) {
@@ -284,20 +296,26 @@ fn trace(world: &mut World) {
             world.get::<Exposure>(first).copied(),
         );
         if let (Some(transform), Some(projection), Some(exposure)) = place {
-            let bundle = (transform, projection, exposure);
-            world.entity_mut(comparison.sides[1].camera).insert(bundle);
+            let mut second = world.entity_mut(comparison.sides[1].camera);
+            if second.get::<Transform>() != Some(&transform) {
+                second.insert((transform, projection, exposure));
+            }
         }
         for (order, side) in comparison.sides.iter().enumerate() {
             let technique = match side.technique {
                 Technique::Gi(technique) => technique,
                 Technique::Reference => GiTechnique::Off,
             };
+            // Only what changes is written: a changed camera costs a frame.
             let mut camera = world.entity_mut(side.camera);
-            camera.insert(GiCamera::with_technique(technique));
+            if let Some(mut gi) = camera.get_mut::<GiCamera>() {
+                gi.set_if_neq(GiCamera::with_technique(technique));
+            }
             if let Some(mut camera) = camera.get_mut::<Camera>() {
-                // The first one flies even where nothing is drawn.
-                camera.is_active = side.technique != Technique::Reference;
-                camera.order = order as isize;
+                let wanted = (side.technique != Technique::Reference, order as isize);
+                if (camera.is_active, camera.order) != wanted {
+                    (camera.is_active, camera.order) = wanted;
+                }
             }
         }
         let traced = |side: &Side| side.technique == Technique::Reference;
@@ -327,20 +345,21 @@ fn trace(world: &mut World) {
             live.latest()
         });
         let Some(latest) = latest else { return };
-        let shown = comparison.sides.iter().find_map(|side| {
-            let (image, samples) = side.traced.as_ref()?;
-            Some((image.clone(), *samples))
-        });
-        let image = match shown {
-            Some((image, samples)) if samples == latest.samples && samples > 0 => image,
-            _ => {
-                let image = overlay::texture(&latest.picture);
-                world.resource_mut::<Assets<Image>>().add(image)
-            }
-        };
+        let is_new = |side: &Side| side.paths != Some(latest.samples) || latest.samples == 0;
+        if comparison
+            .sides
+            .iter()
+            .filter(|side| traced(side))
+            .any(is_new)
+        {
+            // Into the same texture, as long as the size stays.
+            let image = overlay::texture(&latest.picture);
+            let mut images = world.resource_mut::<Assets<Image>>();
+            let _ = images.insert(&comparison.sides[0].trace, image);
+        }
         world.resource_mut::<Meter>().truth = (latest.samples > 0).then_some(latest.picture);
         for side in comparison.sides.iter_mut().filter(|side| traced(side)) {
-            side.traced = Some((image.clone(), latest.samples));
+            side.paths = Some(latest.samples);
         }
     });
 }
@@ -355,7 +374,7 @@ fn scales(comparison: &Comparison, exposure: f32, view: GiView) -> Vec2 {
 }
 
 fn show(
-    comparison: Res<Comparison>,
+    mut comparison: ResMut<Comparison>,
     debug: Res<GiDebugSettings>,
     exposures: Query<&Exposure>,
     mut overlays: ResMut<Assets<Overlay>>,
@@ -363,16 +382,22 @@ fn show(
 ) {
     let exposure = exposures.get(comparison.sides[0].camera);
     let exposure = exposure.copied().unwrap_or_default().exposure();
-    let Some(mut overlay) = overlays.get_mut(&comparison.overlay) else {
-        return;
+    let wanted = Overlay {
+        settings: OverlaySettings {
+            scale: scales(&comparison, exposure, debug.view),
+            split: comparison.split,
+            mode: comparison.layout as u32,
+        },
+        left: comparison.sides[0].image(),
+        right: comparison.sides[1].image(),
     };
-    overlay.left = comparison.sides[0].image();
-    overlay.right = comparison.sides[1].image();
-    overlay.settings = OverlaySettings {
-        scale: scales(&comparison, exposure, debug.view),
-        split: comparison.split,
-        mode: comparison.layout as u32,
-    };
+    let resized = std::mem::take(&mut comparison.resized);
+    let shown = overlays.get(&comparison.overlay);
+    if (resized || shown != Some(&wanted))
+        && let Some(mut overlay) = overlays.get_mut(&comparison.overlay)
+    {
+        *overlay = wanted;
+    }
     let wanted = match (comparison.layout, debug.view.is_luminance()) {
         (Layout::Heat, _) | (_, false) => Tonemapping::None,
         _ => Tonemapping::TonyMcMapface,

@@ -20,6 +20,7 @@ use bevy_gi::{
     prelude::*,
     reference::{
         DiffuseModel, Reference, ReferenceCamera, ReferenceScene, ReferenceSettings, ReferenceView,
+        SpecularModel,
     },
 };
 use common::scenes::{cornell, stage::diffuse};
@@ -28,6 +29,7 @@ const LAMBERT: ReferenceSettings = ReferenceSettings {
     max_bounces: 64,
     seed: 0,
     diffuse: DiffuseModel::Lambert,
+    specular: SpecularModel::Bevy,
     show_sky: true,
 };
 

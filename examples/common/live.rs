@@ -106,6 +106,7 @@ fn refine(
         let picture = reference::picture(reference, view)
             .or_else(|_| reference::picture(reference, GiView::Full));
         if let Ok(picture) = picture {
+            let picture = enlarged(picture, size);
             *latest.lock().unwrap() = Some(Refined {
                 request,
                 picture: Arc::new(picture),
@@ -126,6 +127,20 @@ fn refine(
             publish(&reference, reference.samples());
         }
     }
+}
+
+/// A picture with each pixel repeated.
+fn enlarged(picture: Picture, size: UVec2) -> Picture {
+    if picture.size == size {
+        return picture;
+    }
+    let pixels = (0..size.element_product())
+        .map(|i| {
+            let at = UVec2::new(i % size.x, i / size.x) * picture.size / size;
+            picture.pixels[(at.y * picture.size.x + at.x) as usize]
+        })
+        .collect();
+    Picture { size, pixels }
 }
 
 type AnyLight = Or<(
@@ -153,11 +168,13 @@ pub fn watch_scene(
     settings: Res<GiSettings>,
     moved: Query<(), Moved>,
     lights: Query<(), ChangedLight>,
-    materials: MessageReader<AssetEvent<StandardMaterial>>,
-    meshes: MessageReader<AssetEvent<Mesh>>,
+    mut materials: MessageReader<AssetEvent<StandardMaterial>>,
+    mut meshes: MessageReader<AssetEvent<Mesh>>,
     mut gone: RemovedComponents<Mesh3d>,
 ) {
-    let assets = !materials.is_empty() || !meshes.is_empty();
+    // New meshes come with new entities.
+    let is_modified = |event: &AssetEvent<Mesh>| matches!(event, AssetEvent::Modified { .. });
+    let assets = materials.read().count() > 0 || meshes.read().any(is_modified);
     if moved.is_empty()
         && lights.is_empty()
         && gone.read().next().is_none()

@@ -234,7 +234,10 @@ fn frame_scene(
             Option<&mut SpotLight>,
             Option<&mut DirectionalLight>,
         )>,
-        Query<(Entity, &GlobalTransform, &Projection), (With<Camera3d>, Without<GiCamera>)>,
+        Query<
+            (Entity, &GlobalTransform, &Projection),
+            (With<Camera3d>, With<ChildOf>, Without<GiCamera>),
+        >,
     )>,
     mut camera: Query<(&mut Transform, &mut Projection, &mut Exposure), With<GiCamera>>,
     mut volumes: Query<&mut GiVolume>,

@@ -40,7 +40,7 @@ pub struct OverlaySettings {
 }
 
 /// Covers the whole picture of a camera, whatever the transform.
-#[derive(Asset, TypePath, AsBindGroup, Clone, Debug)]
+#[derive(Asset, TypePath, AsBindGroup, Clone, Debug, PartialEq)]
 pub struct Overlay {
     #[uniform(0)]
     pub settings: OverlaySettings,
@@ -93,6 +93,6 @@ pub fn texture(picture: &Picture) -> Image {
             .flat_map(|c| half::f16::from_f32(c.min(65504.0)).to_le_bytes())
             .collect(),
         TextureFormat::Rgba16Float,
-        RenderAssetUsages::RENDER_WORLD,
+        RenderAssetUsages::default(),
     )
 }

@@ -38,6 +38,7 @@ impl Plugin for TruthPlugin {
 struct Shown {
     overlay: Entity,
     material: Handle<Overlay>,
+    image: Handle<Image>,
     technique: Option<GiTechnique>,
     samples: Option<u32>,
 }
@@ -88,14 +89,20 @@ fn show(world: &mut World, mut shown: Local<Option<Shown>>) {
     let samples = latest.as_ref().map_or(0, |latest| latest.samples);
     world.resource_mut::<TruthState>().samples = Some(samples);
     let Some(latest) = latest else { return };
+    let is_luminance = request.view.is_luminance();
+    let settings = OverlaySettings {
+        scale: Vec2::splat(if is_luminance { exposure } else { 1.0 }),
+        split: 0.0,
+        mode: Layout::Left as u32,
+    };
     let seen = shown.get_or_insert_with(|| {
-        let blank = Handle::<Image>::default();
-        let overlay = Overlay {
-            settings: OverlaySettings::default(),
-            left: blank.clone(),
-            right: blank,
-        };
-        let material = world.resource_mut::<Assets<Overlay>>().add(overlay);
+        let image = overlay::texture(&latest.picture);
+        let image = world.resource_mut::<Assets<Image>>().add(image);
+        let material = world.resource_mut::<Assets<Overlay>>().add(Overlay {
+            settings,
+            left: image.clone(),
+            right: image.clone(),
+        });
         let bundle = overlay::bundle(&mut world.resource_mut::<Assets<Mesh>>(), material.clone());
         let overlay = world.spawn(bundle).id();
         // Light that is not seen need not be computed.
@@ -104,6 +111,7 @@ fn show(world: &mut World, mut shown: Local<Option<Shown>>) {
         Shown {
             overlay,
             material,
+            image,
             technique,
             samples: None,
         }
@@ -112,19 +120,17 @@ fn show(world: &mut World, mut shown: Local<Option<Shown>>) {
         return;
     }
     seen.samples = Some(samples);
-    let image = overlay::texture(&latest.picture);
-    let image = world.resource_mut::<Assets<Image>>().add(image);
-    let is_luminance = request.view.is_luminance();
-    let scale = if is_luminance { exposure } else { 1.0 };
-    if let Some(mut material) = world
-        .resource_mut::<Assets<Overlay>>()
-        .get_mut(&seen.material)
+    // Into the same texture, as long as the size stays: the material need not change.
+    let mut images = world.resource_mut::<Assets<Image>>();
+    let resized = images.get(&seen.image).is_none_or(|i| i.size() != size);
+    let _ = images.insert(&seen.image, overlay::texture(&latest.picture));
+    let mut overlays = world.resource_mut::<Assets<Overlay>>();
+    let changed = overlays
+        .get(&seen.material)
+        .is_none_or(|o| o.settings != settings);
+    if (changed || resized)
+        && let Some(mut overlay) = overlays.get_mut(&seen.material)
     {
-        material.left = image;
-        material.settings = OverlaySettings {
-            scale: Vec2::splat(scale),
-            split: 0.0,
-            mode: Layout::Left as u32,
-        };
+        overlay.settings = settings;
     }
 }

@@ -9,7 +9,7 @@ use std::f32::consts::PI;
 
 use bevy::math::{Mat3, Vec2, Vec3};
 
-use super::DiffuseModel;
+use super::{DiffuseModel, ReferenceSettings, SpecularModel};
 
 /// The BRDF of a point of a surface.
 #[derive(Clone, Copy, Debug)]
@@ -81,8 +81,9 @@ fn f_ab(perceptual_roughness: f32, n_dot_v: f32) -> Vec2 {
 }
 
 impl Bsdf {
-    /// The BRDF of `surface` with `normal`, for light that leaves along `wo` (unit vectors).
-    pub fn new(surface: &Surface, normal: Vec3, wo: Vec3, model: DiffuseModel) -> Self {
+    /// The BRDF of `surface` with `normal`, for light that leaves along `wo` (unit vectors), with the lobes
+    /// that `settings` name.
+    pub fn new(surface: &Surface, normal: Vec3, wo: Vec3, settings: &ReferenceSettings) -> Self {
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         let world_from_tangent = Mat3::from_cols(tangent, bitangent, normal);
         let mut wo = world_from_tangent.transpose() * wo;
@@ -97,10 +98,11 @@ impl Bsdf {
             (Vec3::ZERO, Vec3::ONE)
         } else {
             let ab = f_ab(surface.perceptual_roughness, wo.z);
-            (
-                f0 * ab.x + Vec3::splat(f90 * ab.y),
-                Vec3::ONE + f0 * (1.0 / (ab.x + ab.y) - 1.0),
-            )
+            let multiscatter = match settings.specular {
+                SpecularModel::Bevy => Vec3::ONE + f0 * (1.0 / (ab.x + ab.y) - 1.0),
+                SpecularModel::SingleScattering => Vec3::ONE,
+            };
+            (f0 * ab.x + Vec3::splat(f90 * ab.y), multiscatter)
         };
         let (d, s) = (diffuse.element_sum(), specular.element_sum());
         let specular_chance = match (d > 0.0, s > 1e-4) {
@@ -116,7 +118,7 @@ impl Bsdf {
             f90,
             alpha: surface.perceptual_roughness.clamp(0.089, 1.0).powi(2),
             multiscatter,
-            model,
+            model: settings.diffuse,
             specular_chance,
         }
     }
@@ -209,6 +211,14 @@ impl Bsdf {
 mod tests {
     use super::*;
 
+    const SINGLE: ReferenceSettings = ReferenceSettings {
+        max_bounces: 64,
+        seed: 0,
+        diffuse: DiffuseModel::Bevy,
+        specular: SpecularModel::SingleScattering,
+        show_sky: true,
+    };
+
     const WHITE_METAL: Surface = Surface {
         base_color: Vec3::ONE,
         perceptual_roughness: 0.5,
@@ -234,8 +244,7 @@ mod tests {
                     perceptual_roughness: roughness,
                     ..WHITE_METAL
                 };
-                let mut bsdf = Bsdf::new(&surface, Vec3::Z, wo, DiffuseModel::Bevy);
-                bsdf.multiscatter = Vec3::ONE;
+                let bsdf = Bsdf::new(&surface, Vec3::Z, wo, &SINGLE);
                 // By sampling: the mean of response over density.
                 let sampled = mean(256, |u, v| match bsdf.sample([u, v, 0.5]) {
                     Some((_, response)) => response.specular.x / response.pdf,
@@ -269,7 +278,11 @@ mod tests {
             metallic: 0.0,
             reflectance: Vec3::ZERO,
         };
-        let bsdf = Bsdf::new(&surface, Vec3::Y, Vec3::Y, DiffuseModel::Lambert);
+        let settings = ReferenceSettings {
+            diffuse: DiffuseModel::Lambert,
+            ..SINGLE
+        };
+        let bsdf = Bsdf::new(&surface, Vec3::Y, Vec3::Y, &settings);
         let albedo = mean(32, |u, v| {
             let (wi, response) = bsdf.sample([u, v, 0.5]).unwrap();
             assert!(wi.y > 0.0);
@@ -292,7 +305,7 @@ mod tests {
                 // Directions of the outgoing light by the cosine too.
                 let (sin, cos) = (2.0 * PI * b).sin_cos();
                 let wo = Vec3::new(a.sqrt() * cos, a.sqrt() * sin, (1.0 - a).sqrt());
-                let bsdf = Bsdf::new(&surface, Vec3::Z, wo, DiffuseModel::Bevy);
+                let bsdf = Bsdf::new(&surface, Vec3::Z, wo, &SINGLE);
                 mean(24, |u, v| {
                     bsdf.sample([u, v, 0.5])
                         .map_or(0.0, |(_, r)| r.total().x / r.pdf)

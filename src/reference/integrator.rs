@@ -134,7 +134,7 @@ pub(super) fn trace(
             &vertex.surface,
             vertex.shading_normal,
             -segment.direction,
-            settings.diffuse,
+            settings,
         );
         if bsdf.is_black() {
             break;

@@ -33,6 +33,8 @@ fn errors(scene: &Scene, effort: &Effort) -> Vec<(GiTechnique, Errors)> {
 fn techniques_agree_with_the_truth() {
     let effort = Effort {
         paths: 128,
+        // The bounds are of the default.
+        resolution: Effort::FULL.resolution,
         ..Effort::QUICK
     };
     // Mean within, relative RMSE below: the project's goals for Cornell. The others have more of what a

@@ -251,6 +251,7 @@ def main():
         command += ["--size", f"{WIDTH}x{HEIGHT}", "--fov", str(scene.fov), "--ev100", str(EV100)]
         command += ["--eye", ",".join(map(str, scene.eye)), "--look", ",".join(map(str, scene.look))]
         command += ["--set", "ReferenceSettings.diffuse=Lambert", "--set", "GiSettings.emissive_units=Nits"]
+        command += ["--set", "ReferenceSettings.specular=SingleScattering"]
         if scene.sky:
             command += ["--sky", str(scene.sky)]
         subprocess.run([*map(str, command), "--out", str(exr)], check=True, stdout=subprocess.DEVNULL)
