@@ -5,6 +5,7 @@ mod common;
 
 use std::{
     f32::consts::PI,
+    path::Path,
     sync::{Arc, atomic::AtomicBool},
 };
 
@@ -23,7 +24,10 @@ use bevy_gi::{
         SpecularModel,
     },
 };
-use common::scenes::{cornell, stage::diffuse};
+use common::{
+    capture::read_exr,
+    scenes::{cornell, stage::diffuse},
+};
 
 const LAMBERT: ReferenceSettings = ReferenceSettings {
     max_bounces: 64,
@@ -513,21 +517,15 @@ fn cornell_agrees_with_mitsuba() {
         .picture(ReferenceView::Indirect);
     let paths = f64::from(size.x * size.y * samples);
     let rate = paths / start.elapsed().as_secs_f64() / 1e6;
-    let truth = exr::prelude::read_first_rgba_layer_from_file(
-        concat!(env!("CARGO_MANIFEST_DIR"), "/tests/truth/cornell.exr"),
-        |size, _| (size.width(), vec![Vec3::ZERO; size.area()]),
-        |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
-            pixels[at.y() * *width + at.x()] = Vec3::new(r, g, b);
-        },
-    )
-    .expect("the truth is in the repository")
-    .layer_data
-    .channel_data
-    .pixels
-    .1;
+    let truth = read_exr(Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/truth/cornell.exr"
+    )))
+    .expect("the truth is in the repository");
     let width = size.x as usize;
     let (mut ours, mut theirs, mut squares, mut n) = (0.0, 0.0, 0.0, 0);
-    for (i, truth) in truth.iter().enumerate() {
+    for (i, truth) in truth.pixels.iter().enumerate() {
+        let truth = Vec3::from_slice(truth);
         let (bx, by) = (i % (width / 8), i / (width / 8));
         // The truth has no bulb, which hangs in these blocks.
         if by == 4 && (bx == 19 || bx == 20) {
@@ -540,7 +538,7 @@ fn cornell_agrees_with_mitsuba() {
         ours += block.element_sum();
         theirs += truth.element_sum();
         if truth.element_sum() > 1e-3 {
-            squares += (block - *truth).length_squared();
+            squares += (block - truth).length_squared();
             n += 3;
         }
     }

@@ -104,6 +104,7 @@ fn keys(
     }
 }
 
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn update_help(
     settings: Res<GiSettings>,
     debug: Res<GiDebugSettings>,

@@ -29,9 +29,12 @@ pub struct Meter {
     pub scale: [f32; 2],
     /// The path tracer's picture.
     pub truth: Option<Arc<Picture>>,
-    latest: Arc<Mutex<Option<(Option<Errors>, f32)>>>,
+    latest: Arc<Mutex<Option<Measured>>>,
     busy: Option<Measuring>,
 }
+
+/// Errors, if there is anything to compare, and FLIP.
+type Measured = (Option<Errors>, f32);
 
 /// Pictures on their way from the GPU: linear ones and those as seen, left and right.
 struct Measuring {

@@ -56,7 +56,7 @@ fn nothing_panics_and_nothing_is_nan() {
         let picture = headless.picture(&target);
         assert_sane(&picture, what);
         assert_eq!(headless.pipeline_errors(), Vec::<String>::new(), "{what}");
-        picture.pixels.iter().map(luminance).sum::<f32>()
+        picture.pixels.iter().map(|p| luminance(p)).sum::<f32>()
     };
     assert!(check(&mut headless, "the plain room") > 0.0);
 

@@ -1,15 +1,19 @@
 //! The Cornell box: against a path tracer, twice the same, colours where they belong, and the cost
 //! of standing still.
 
+use std::path::Path;
+
 use bevy::prelude::*;
 use bevy_gi::prelude::*;
 
 use crate::{
     common::{
-        headless::{Headless, Picture},
+        capture::read_exr,
+        figures::{Blocks, Errors, blocks, luminance},
+        headless::Headless,
         scenes::cornell,
     },
-    support::{app, assert_sane, camera, luminance, settle, show, spawn_cornell},
+    support::{app, assert_sane, camera, settle, show, spawn_cornell},
 };
 
 const SIZE: UVec2 = UVec2::new(320, 184);
@@ -22,37 +26,16 @@ fn cornell_box() -> (Headless, Handle<Image>) {
     (headless, target)
 }
 
-/// Means of 8x8 pixels.
-fn blocks(picture: &Picture) -> Vec<[f32; 3]> {
-    let mut out = Vec::new();
-    for by in 0..picture.size.y / 8 {
-        for bx in 0..picture.size.x / 8 {
-            let mut sum = [0.0f32; 3];
-            for i in 0..64 {
-                let at = (by * 8 + i / 8) * picture.size.x + bx * 8 + i % 8;
-                for (sum, value) in sum.iter_mut().zip(picture.pixels[at as usize]) {
-                    *sum += value / 64.0;
-                }
-            }
-            out.push(sum);
-        }
-    }
-    out
-}
-
 /// `tests/truth/cornell.exr`, made by `cornell.py` beside it with Mitsuba 3: indirect light, means
 /// of 8x8 pixels, nits.
-fn truth() -> Vec<[f32; 3]> {
+fn truth() -> Blocks {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/truth/cornell.exr");
-    let image = exr::prelude::read_first_rgba_layer_from_file(
-        path,
-        |size, _| (size.width(), vec![[0.0f32; 3]; size.area()]),
-        |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
-            pixels[at.y() * *width + at.x()] = [r, g, b];
-        },
-    )
-    .expect("the truth is in the repository");
-    image.layer_data.channel_data.pixels.1
+    let picture = read_exr(Path::new(path)).expect("the truth is in the repository");
+    let values = picture.pixels.iter().map(|[r, g, b, _]| [*r, *g, *b]);
+    Blocks {
+        size: picture.size,
+        values: values.collect(),
+    }
 }
 
 #[test]
@@ -62,24 +45,14 @@ fn indirect_light_agrees_with_the_path_tracer() {
     settle(&mut headless, 60);
     let picture = headless.picture(&target);
     assert_sane(&picture, "cornell");
-    let (ours, truth) = (blocks(&picture), truth());
-    assert_eq!(ours.len(), truth.len());
-    // The truth has no bulb; its block is left out, and the empty surroundings.
-    let bulb = (4 * 320 / 8 + 19, 4 * 320 / 8 + 20);
-    let (mut a, mut b, mut square, mut n) = (0.0, 0.0, 0.0, 0.0);
-    for (i, (o, t)) in ours.iter().zip(&truth).enumerate() {
-        if t.iter().sum::<f32>() < 1e-3 || i == bulb.0 || i == bulb.1 {
-            continue;
-        }
-        for c in 0..3 {
-            a += o[c];
-            b += t[c];
-            square += (o[c] - t[c]).powi(2);
-            n += 1.0;
-        }
+    let (mut ours, mut truth) = (blocks(&picture), truth());
+    // The truth has no bulb; its blocks are left out.
+    for bulb in [4 * 320 / 8 + 19, 4 * 320 / 8 + 20] {
+        ours.values[bulb] = [0.0; 3];
+        truth.values[bulb] = [0.0; 3];
     }
-    let ratio = a / b;
-    let rmse = (square / n).sqrt() / (b / n);
+    let errors = Errors::new(&ours, &truth).expect("the pictures are of one size");
+    let (ratio, rmse) = (errors.mean_ratio, errors.relative_rmse);
     println!("cornell: mean indirect / truth {ratio:.3}, relative RMSE {rmse:.3}");
     // The bounds of the project's quality goals for its first technique.
     assert!((ratio - 1.0).abs() < 0.15, "mean {ratio} of the truth");

@@ -23,6 +23,7 @@ use bevy_gi::{
     },
 };
 
+pub use crate::common::figures::{luminance, mean};
 use crate::common::{
     headless::{Headless, Picture, image_target},
     scenes::{cornell, stage::Stage},
@@ -121,14 +122,6 @@ pub fn show(headless: &mut Headless, view: GiView) {
         .world_mut()
         .resource_mut::<GiDebugSettings>()
         .view = view;
-}
-
-pub fn luminance(p: &[f32; 4]) -> f32 {
-    0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]
-}
-
-pub fn mean(picture: &Picture) -> f32 {
-    picture.pixels.iter().map(luminance).sum::<f32>() / picture.pixels.len() as f32
 }
 
 /// No NaN, no infinity, nothing negative.

@@ -6,15 +6,14 @@ use bevy_gi::prelude::*;
 
 use crate::{
     common::{
+        figures::Stability,
         headless::Headless,
         scenes::{
             cornell::{self, CornellLight},
             stage::diffuse,
         },
     },
-    support::{
-        app, assert_sane, camera, luminance, material, mean, room, settle, show, spawn_cornell,
-    },
+    support::{app, assert_sane, camera, material, mean, room, settle, show, spawn_cornell},
 };
 
 const SIZE: UVec2 = UVec2::new(192, 112);
@@ -33,33 +32,12 @@ fn cornell_box() -> (Headless, Handle<Image>) {
 fn a_still_picture_stands_still() {
     let (mut headless, target) = cornell_box();
     settle(&mut headless, 80);
-    const FRAMES: u32 = 16;
-    let mut sums = vec![(0.0f64, 0.0f64); (SIZE.x * SIZE.y) as usize];
-    for _ in 0..FRAMES {
-        // A read-back takes a few frames itself.
-        let picture = headless.picture(&target);
-        for (sum, pixel) in sums.iter_mut().zip(&picture.pixels) {
-            let l = f64::from(luminance(pixel));
-            sum.0 += l;
-            sum.1 += l * l;
-        }
-    }
-    let n = f64::from(FRAMES);
-    let (mut deviation, mut total, mut worst) = (0.0, 0.0, 0.0f64);
-    for (sum, squares) in sums {
-        let mean = sum / n;
-        let own = (squares / n - mean * mean).max(0.0).sqrt();
-        deviation += own;
-        total += mean;
-        if mean > 1.0 {
-            worst = worst.max(own / mean);
-        }
-    }
-    let relative = deviation / total;
+    let mut stability = Stability::new(SIZE);
+    headless.record(&target, 48, |_, _| {}, |_, picture| stability.add(&picture));
+    let relative = stability.deviation();
     println!(
-        "still scene: mean temporal deviation {:.3} %, worst pixel {:.2} %",
-        100.0 * relative,
-        100.0 * worst
+        "still scene: mean temporal deviation {:.3} %",
+        100.0 * relative
     );
     // Not to be seen: a step of an 8-bit sRGB display is about 1 % of luminance at mid grey.
     assert!(relative < 0.0075, "{relative}");
