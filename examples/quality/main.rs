@@ -70,12 +70,16 @@ fn run(options: &Options) -> Result<(), String> {
         [] => measure::scenes(options.quick),
         some => some.to_vec(),
     };
-    let report = measure::all(&scenes, &effort, options)?;
+    // Written after every scene: what is interrupted keeps what it has.
+    let report = measure::all(&scenes, &effort, options, |report| {
+        table::write_csv(report, &options.out.join("quality.csv"))?;
+        report::write(report, &options.out.join("index.html"))?;
+        match &options.markdown {
+            Some(path) => table::write_markdown(report, path),
+            None => Ok(()),
+        }
+    })?;
     table::print(&report);
-    table::write_csv(&report, &options.out.join("quality.csv"))?;
-    report::write(&report, &options.out.join("index.html"))?;
-    if let Some(path) = &options.markdown {
-        table::write_markdown(&report, path)?;
-    }
+    println!("{}", options.out.join("index.html").display());
     Ok(())
 }

@@ -128,7 +128,13 @@ pub fn scenes(quick: bool) -> Vec<Scene> {
         .collect()
 }
 
-pub fn all(scenes: &[Scene], effort: &Effort, options: &Options) -> Result<Report, String> {
+/// Measures scenes; `write` gets the report after each.
+pub fn all(
+    scenes: &[Scene],
+    effort: &Effort,
+    options: &Options,
+    write: impl Fn(&Report) -> Result<(), String>,
+) -> Result<Report, String> {
     let mut report = Report {
         adapter: String::new(),
         effort: *effort,
@@ -141,6 +147,7 @@ pub fn all(scenes: &[Scene], effort: &Effort, options: &Options) -> Result<Repor
             .push(measure(scene, effort, options, &mut report.adapter)?);
         let seconds = start.elapsed().as_secs_f32();
         eprintln!("{:14} {seconds:5.1} s", scene.name);
+        write(&report)?;
     }
     Ok(report)
 }

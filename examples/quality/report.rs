@@ -30,9 +30,7 @@ nav a { margin-right: .8rem } .good { background: #e3f4e3 } .bad { background: #
 
 pub fn write(report: &Report, path: &Path) -> Result<(), String> {
     let page = page(report).into_string();
-    std::fs::write(path, page).map_err(|e| format!("{}: {e}", path.display()))?;
-    println!("{}", path.display());
-    Ok(())
+    std::fs::write(path, page).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 fn page(report: &Report) -> Markup {

@@ -84,9 +84,7 @@ pub fn write_csv(report: &Report, path: &Path) -> Result<(), String> {
             }
         }
     }
-    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))?;
-    println!("{}", path.display());
-    Ok(())
+    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// The day, as year-month-day.
@@ -120,9 +118,7 @@ pub fn write_markdown(report: &Report, path: &Path) -> Result<(), String> {
         pictures(report),
         others(report)
     );
-    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))?;
-    println!("{}", path.display());
-    Ok(())
+    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// What the figures are.

@@ -100,7 +100,11 @@ fn every_view_is_finite_and_not_negative() {
         headless.steps(2);
         let picture = headless.picture(&target);
         assert_sane(&picture, view.name());
-        let lit = picture.pixels.iter().filter(|p| luminance(*p) > 0.0).count();
+        let lit = picture
+            .pixels
+            .iter()
+            .filter(|p| luminance(*p) > 0.0)
+            .count();
         // The Cornell box has no shiny surface; all else shows something.
         assert!(
             lit > 1000 || view == GiView::Specular,
