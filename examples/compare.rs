@@ -17,6 +17,7 @@ use bevy_gi::{prelude::*, reference::ReferenceSettings};
 use clap::{Parser, ValueEnum};
 use common::{
     adapter,
+    controls::{next, panel},
     headless::image_target,
     live::{LiveReference, Request, watch_scene},
     meter::{Meter, MeterPlugin},
@@ -200,19 +201,7 @@ fn setup(world: &mut World, options: &Options) {
         Msaa::Off,
         RenderLayers::layer(SCREEN),
     ));
-    world.spawn((
-        Caption,
-        Text::default(),
-        TextFont::from_font_size(14.0),
-        Node {
-            position_type: PositionType::Absolute,
-            top: px(8),
-            left: px(8),
-            padding: UiRect::all(px(6)),
-            ..default()
-        },
-        BackgroundColor(Color::BLACK.with_alpha(0.6)),
-    ));
+    world.spawn((Caption, panel()));
     world.insert_resource(Comparison {
         sides,
         layout: match options.layout {
@@ -259,10 +248,6 @@ fn keys(
     mut debug: ResMut<GiDebugSettings>,
     mut caption: Single<&mut Visibility, With<Caption>>,
 ) {
-    fn next<T: PartialEq + Copy>(all: &[T], current: T) -> T {
-        let at = all.iter().position(|x| *x == current).unwrap_or(0);
-        all[(at + 1) % all.len()]
-    }
     for (key, side) in [(KeyCode::Digit1, 0), (KeyCode::Digit2, 1)] {
         if keys.just_pressed(key) {
             let side = &mut comparison.sides[side];

@@ -35,14 +35,16 @@ pub fn write(picture: &Picture, path: &Path) -> Result<(), String> {
     }
 }
 
+/// A picture's values as they are, 8 bit, red, green and blue of each pixel.
+pub fn bytes(picture: &Picture) -> Vec<u8> {
+    let byte = |c: &f32| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
+    let pixels = picture.pixels.iter();
+    pixels.flat_map(|p| p[..3].iter().map(byte)).collect()
+}
+
 /// A picture's values as they are, 8 bit, as a PNG file.
 pub fn png(picture: &Picture) -> Vec<u8> {
-    let byte = |c: &f32| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
-    let bytes: Vec<u8> = picture
-        .pixels
-        .iter()
-        .flat_map(|p| p[..3].iter().map(byte))
-        .collect();
+    let bytes = bytes(picture);
     let mut file = Vec::new();
     let encoder = image::codecs::png::PngEncoder::new(&mut file);
     encoder

@@ -49,9 +49,15 @@ pub fn camera(view: SceneView) -> impl Bundle {
     )
 }
 
-fn spawn_help(mut commands: Commands) {
-    commands.spawn((
-        HelpText,
+/// What follows `current` in a list, round and round.
+pub fn next<T: PartialEq + Copy>(all: &[T], current: T) -> T {
+    let at = all.iter().position(|x| *x == current).unwrap_or(0);
+    all[(at + 1) % all.len()]
+}
+
+/// Text on a dark ground in the upper left corner.
+pub fn panel() -> impl Bundle {
+    (
         Text::default(),
         TextFont::from_font_size(14.0),
         Node {
@@ -62,7 +68,11 @@ fn spawn_help(mut commands: Commands) {
             ..default()
         },
         BackgroundColor(Color::BLACK.with_alpha(0.55)),
-    ));
+    )
+}
+
+fn spawn_help(mut commands: Commands) {
+    commands.spawn((HelpText, panel()));
 }
 
 fn keys(
@@ -73,10 +83,6 @@ fn keys(
     mut quality: Local<Option<usize>>,
     mut help: Query<&mut Visibility, With<HelpText>>,
 ) {
-    fn next<T: PartialEq + Copy>(all: &[T], current: T) -> T {
-        let at = all.iter().position(|x| *x == current).unwrap_or(0);
-        all[(at + 1) % all.len()]
-    }
     if keys.just_pressed(KeyCode::KeyG) {
         settings.technique = match settings.technique {
             GiTechnique::Off => GiTechnique::default(),

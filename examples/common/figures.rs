@@ -13,7 +13,7 @@
 use bevy::math::UVec2;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
 
-use super::headless::Picture;
+use super::{capture::bytes, headless::Picture};
 
 /// Edge of a block, pixels.
 pub const BLOCK: u32 = 8;
@@ -108,14 +108,6 @@ impl Errors {
 
 /// Mean of the FLIP map, and the map in colours, of two pictures as they are seen (encoded, 0..=1).
 pub fn flip_of(ours: &Picture, truth: &Picture) -> (f32, Picture) {
-    let bytes = |picture: &Picture| -> Vec<u8> {
-        let byte = |c: &f32| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
-        picture
-            .pixels
-            .iter()
-            .flat_map(|p| p[..3].iter().map(byte))
-            .collect()
-    };
     let size = truth.size;
     let image = |picture| FlipImageRgb8::with_data(size.x, size.y, &bytes(picture));
     let map = flip(image(truth), image(ours), DEFAULT_PIXELS_PER_DEGREE);

@@ -26,7 +26,6 @@ pub struct Request {
 /// The latest picture of a request.
 #[derive(Clone)]
 pub struct Refined {
-    pub request: Request,
     /// Luminances in nits.
     pub picture: Arc<Picture>,
     /// Paths a pixel; 0 for the coarse picture that comes first.
@@ -108,7 +107,6 @@ fn refine(
         if let Ok(picture) = picture {
             let picture = enlarged(picture, size);
             *latest.lock().unwrap() = Some(Refined {
-                request,
                 picture: Arc::new(picture),
                 samples,
             });
