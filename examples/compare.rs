@@ -10,16 +10,16 @@ use bevy::{
     camera_controller::free_camera::FreeCameraPlugin,
     core_pipeline::tonemapping::Tonemapping,
     prelude::*,
-    render::render_resource::{TextureFormat, TextureUsages},
+    render::render_resource::TextureFormat,
     window::PrimaryWindow,
 };
-use bevy_gi::{prelude::*, reference::ReferenceSettings};
+use bevy_gi::prelude::*;
 use clap::{Parser, ValueEnum};
 use common::{
     adapter,
     controls::{next, panel},
-    headless::image_target,
-    live::{LiveReference, Request, watch_scene},
+    headless::{image_target, readable_target},
+    live::{LiveReference, watch_scene},
     meter::{Meter, MeterPlugin},
     open::{self, OpenPlugin, SceneOptions},
     options::{self, SettingsOptions, Technique, size, technique, view},
@@ -154,7 +154,7 @@ fn run(options: Options) -> Result<(), String> {
     app.add_plugins(OpenPlugin::new(options.scene.clone())?)
         .add_systems(Startup, move |world: &mut World| setup(world, &options))
         .add_systems(Update, (resize, keys))
-        .add_systems(Last, (watch_scene, trace, show, measure, caption).chain());
+        .add_systems(Last, (watch_scene, trace, show, caption).chain());
     app.run();
     Ok(())
 }
@@ -217,9 +217,7 @@ fn setup(world: &mut World, options: &Options) {
 
 /// A camera's target: luminances times its exposure, in half precision.
 fn target(size: UVec2) -> Image {
-    let mut image = Image::new_target_texture(size.x, size.y, TextureFormat::Rgba16Float, None);
-    image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
-    image
+    readable_target(size, TextureFormat::Rgba16Float)
 }
 
 /// Targets are as large as the window.
@@ -319,17 +317,10 @@ fn trace(world: &mut World) {
         let (Some(transform), Some(projection)) = place else {
             return;
         };
-        let request = Request {
-            camera: reference::camera(transform, projection, size),
-            size,
-            view: world.resource::<GiDebugSettings>().view,
-            settings: *world.resource::<ReferenceSettings>(),
+        let camera = reference::camera(transform, projection, size);
+        let Some(latest) = LiveReference::trace(world, camera, size) else {
+            return;
         };
-        let latest = world.resource_scope(|world, mut live: Mut<LiveReference>| {
-            live.ask(world, request);
-            live.latest()
-        });
-        let Some(latest) = latest else { return };
         let is_new = |side: &Side| side.paths != Some(latest.samples) || latest.samples == 0;
         if comparison
             .sides
@@ -349,27 +340,28 @@ fn trace(world: &mut World) {
     });
 }
 
-/// Factors from the sides' values to those of the screen: cameras have exposed theirs.
-fn scales(comparison: &Comparison, exposure: f32, view: GiView) -> Vec2 {
-    let scale = |side: &Side| match side.technique {
-        Technique::Reference if view.is_luminance() => exposure,
-        _ => 1.0,
-    };
-    Vec2::new(scale(&comparison.sides[0]), scale(&comparison.sides[1]))
-}
-
+/// Shows both sides, and tells the meter what to measure.
 fn show(
     mut comparison: ResMut<Comparison>,
     debug: Res<GiDebugSettings>,
     exposures: Query<&Exposure>,
     mut overlays: ResMut<Assets<Overlay>>,
     mut screen: Single<&mut Tonemapping, With<Screen>>,
+    mut meter: ResMut<Meter>,
 ) {
     let exposure = exposures.get(comparison.sides[0].camera);
     let exposure = exposure.copied().unwrap_or_default().exposure();
+    // Factors from the sides' values to those of the screen: cameras have exposed theirs.
+    let scale = [0, 1].map(|i| match comparison.sides[i].technique {
+        Technique::Reference if debug.view.is_luminance() => exposure,
+        _ => 1.0,
+    });
+    meter.sides = [0, 1].map(|i| comparison.sides[i].image());
+    meter.traced = [0, 1].map(|i| comparison.sides[i].technique == Technique::Reference);
+    meter.scale = scale;
     let wanted = Overlay {
         settings: OverlaySettings {
-            scale: scales(&comparison, exposure, debug.view),
+            scale: Vec2::from_array(scale),
             split: comparison.split,
             mode: comparison.layout as u32,
         },
@@ -390,20 +382,6 @@ fn show(
     if **screen != wanted {
         **screen = wanted;
     }
-}
-
-/// Tells the meter what to measure.
-fn measure(
-    comparison: Res<Comparison>,
-    debug: Res<GiDebugSettings>,
-    exposures: Query<&Exposure>,
-    mut meter: ResMut<Meter>,
-) {
-    let exposure = exposures.get(comparison.sides[0].camera);
-    let exposure = exposure.copied().unwrap_or_default().exposure();
-    meter.sides = [0, 1].map(|i| comparison.sides[i].image());
-    meter.traced = [0, 1].map(|i| comparison.sides[i].technique == Technique::Reference);
-    meter.scale = scales(&comparison, exposure, debug.view).to_array();
 }
 
 fn caption(

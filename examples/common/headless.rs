@@ -211,13 +211,8 @@ impl Headless {
 
     /// A camera target that can be read back.
     pub fn target(&mut self, size: UVec2, format: TextureFormat) -> Handle<Image> {
-        let mut image = Image::new_target_texture(size.x, size.y, format, None);
-        image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
-        image.asset_usage = RenderAssetUsages::default();
-        self.app
-            .world_mut()
-            .resource_mut::<Assets<Image>>()
-            .add(image)
+        let mut images = self.app.world_mut().resource_mut::<Assets<Image>>();
+        images.add(readable_target(size, format))
     }
 
     /// Bytes of an image or a buffer on the GPU, rendering frames until they are there.
@@ -340,7 +335,15 @@ pub fn decode(bytes: &[u8], (size, format): (UVec2, TextureFormat)) -> Picture {
     Picture { size, pixels }
 }
 
-/// Spawns a camera that draws into `target`.
+/// What a camera draws into, and what can be read back.
+pub fn readable_target(size: UVec2, format: TextureFormat) -> Image {
+    let mut image = Image::new_target_texture(size.x, size.y, format, None);
+    image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+    image.asset_usage = RenderAssetUsages::default();
+    image
+}
+
+/// Lets a camera draw into `target`.
 pub fn image_target(target: &Handle<Image>) -> RenderTarget {
     RenderTarget::Image(target.clone().into())
 }

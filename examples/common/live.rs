@@ -8,7 +8,7 @@ use std::sync::{
 use bevy::prelude::*;
 use bevy_gi::{
     GiView,
-    prelude::GiSettings,
+    prelude::{GiDebugSettings, GiSettings},
     reference::{Reference, ReferenceCamera, ReferenceScene, ReferenceSettings},
 };
 
@@ -16,11 +16,11 @@ use super::{headless::Picture, overlay::Overlay, reference};
 
 /// What a picture depends on, besides the scene.
 #[derive(Clone, Copy, PartialEq)]
-pub struct Request {
-    pub camera: ReferenceCamera,
-    pub size: UVec2,
-    pub view: GiView,
-    pub settings: ReferenceSettings,
+struct Request {
+    camera: ReferenceCamera,
+    size: UVec2,
+    view: GiView,
+    settings: ReferenceSettings,
 }
 
 /// The latest picture of a request.
@@ -57,8 +57,22 @@ const COARSE: u32 = 8;
 const ENOUGH: u32 = 1 << 14;
 
 impl LiveReference {
-    /// Traces `request`. The world is taken over anew if it has changed.
-    pub fn ask(&mut self, world: &mut World, request: Request) {
+    /// Traces what a camera sees, in the view and with the settings of the world, and tells what has come
+    /// of it so far. The world is taken over anew if it has changed.
+    pub fn trace(world: &mut World, camera: ReferenceCamera, size: UVec2) -> Option<Refined> {
+        let request = Request {
+            camera,
+            size,
+            view: world.resource::<GiDebugSettings>().view,
+            settings: *world.resource::<ReferenceSettings>(),
+        };
+        world.resource_scope(|world, mut live: Mut<Self>| {
+            live.ask(world, request);
+            live.latest()
+        })
+    }
+
+    fn ask(&mut self, world: &mut World, request: Request) {
         if self.job.as_ref().is_some_and(|j| j.request == request) && self.scene.is_some() {
             return;
         }
@@ -82,8 +96,7 @@ impl LiveReference {
         self.job = None;
     }
 
-    /// What has come of the last request.
-    pub fn latest(&self) -> Option<Refined> {
+    fn latest(&self) -> Option<Refined> {
         self.job.as_ref()?.latest.lock().unwrap().clone()
     }
 }
@@ -172,14 +185,10 @@ pub fn watch_scene(
 ) {
     // New meshes come with new entities.
     let is_modified = |event: &AssetEvent<Mesh>| matches!(event, AssetEvent::Modified { .. });
-    let assets = materials.read().count() > 0 || meshes.read().any(is_modified);
-    if moved.is_empty()
-        && lights.is_empty()
-        && gone.read().next().is_none()
-        && !settings.is_changed()
-        && !assets
-    {
-        return;
+    // All of them are read: what is left unread would count in the next frame.
+    let events = materials.read().count() + meshes.read().filter(|e| is_modified(e)).count();
+    let changed = !moved.is_empty() || !lights.is_empty() || settings.is_changed();
+    if changed || events + gone.read().count() > 0 {
+        live.scene = None;
     }
-    live.scene = None;
 }

@@ -7,14 +7,14 @@ use bevy::{
     prelude::*,
     render::{
         gpu_readback::{Readback, ReadbackComplete},
-        render_resource::{TextureFormat, TextureUsages},
+        render_resource::TextureFormat,
     },
 };
 
 use super::{
     figures::{self, Errors},
-    headless::{Picture, decode},
-    overlay::{self, Layout, Overlay, OverlaySettings},
+    headless::{Picture, decode, readable_target},
+    overlay::{self, Overlay, OverlaySettings},
     projector,
 };
 
@@ -118,16 +118,10 @@ fn start(world: &mut World) {
         }
         let mut cameras = Vec::new();
         for side in 0..2 {
-            let mut image =
-                Image::new_target_texture(size.x, size.y, TextureFormat::Rgba8UnormSrgb, None);
-            image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+            let image = readable_target(size, TextureFormat::Rgba8UnormSrgb);
             let target = world.resource_mut::<Assets<Image>>().add(image);
             let overlay = Overlay {
-                settings: OverlaySettings {
-                    scale: Vec2::splat(meter.scale[side]),
-                    split: 0.0,
-                    mode: Layout::Left as u32,
-                },
+                settings: OverlaySettings::left(meter.scale[side]),
                 left: meter.sides[side].clone(),
                 right: meter.sides[side].clone(),
             };

@@ -108,6 +108,12 @@ struct SettingsFile {
 }
 
 impl SettingsOptions {
+    /// What is asked for, as on the command line.
+    pub fn described(&self) -> Vec<String> {
+        let file = self.settings.iter().map(|path| path.display().to_string());
+        file.chain(self.sets.iter().cloned()).collect()
+    }
+
     /// Applies them. Without a file, ambient light is replaced, and what is not asked for stays dark.
     pub fn apply(&self, world: &mut World, technique: Option<Technique>) -> Result<(), String> {
         world.init_resource::<ReferenceSettings>();

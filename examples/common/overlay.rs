@@ -39,6 +39,17 @@ pub struct OverlaySettings {
     pub mode: u32,
 }
 
+impl OverlaySettings {
+    /// The left picture alone, times a factor.
+    pub fn left(scale: f32) -> Self {
+        Self {
+            scale: Vec2::splat(scale),
+            split: 0.0,
+            mode: Layout::Left as u32,
+        }
+    }
+}
+
 /// Covers the whole picture of a camera, whatever the transform.
 #[derive(Asset, TypePath, AsBindGroup, Clone, Debug, PartialEq)]
 pub struct Overlay {

@@ -9,7 +9,7 @@ use bevy::{
 
 use super::{
     headless::{Headless, Picture, image_target},
-    overlay::{self, Layout, Overlay, OverlaySettings},
+    overlay::{self, Overlay, OverlaySettings},
 };
 
 /// A camera that sees nothing but a picture.
@@ -38,11 +38,7 @@ impl Projector {
         let target = headless.target(size, TextureFormat::Rgba8UnormSrgb);
         let world = headless.app.world_mut();
         let overlay = Overlay {
-            settings: OverlaySettings {
-                scale: Vec2::ONE,
-                split: 0.0,
-                mode: Layout::Left as u32,
-            },
+            settings: OverlaySettings::left(1.0),
             left: default(),
             right: default(),
         };

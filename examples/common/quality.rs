@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bevy::prelude::*;
 use bevy_gi::{prelude::*, reference::ReferenceSettings};
+use serde::{Deserialize, Serialize};
 
 use super::{
     capture,
@@ -226,6 +227,7 @@ pub fn pan(studio: &mut Studio, effort: &Effort) -> f32 {
 }
 
 /// How far indirect light is off what it comes to, frame by frame.
+#[derive(Serialize, Deserialize)]
 pub struct Curve {
     /// Distances to the last picture, as a part of the first one's.
     pub distances: Vec<f32>,

@@ -4,8 +4,8 @@ use bevy::{camera::Exposure, prelude::*};
 use bevy_gi::{prelude::*, reference::ReferenceSettings};
 
 use super::{
-    live::{LiveReference, Request, watch_scene},
-    overlay::{self, Layout, Overlay, OverlaySettings},
+    live::{LiveReference, watch_scene},
+    overlay::{self, Overlay, OverlaySettings},
     reference,
 };
 
@@ -76,25 +76,12 @@ fn show(world: &mut World, mut shown: Local<Option<Shown>>) {
         world.resource_mut::<TruthState>().samples = None;
         return;
     };
-    let request = Request {
-        camera,
-        size,
-        view: world.resource::<GiDebugSettings>().view,
-        settings: *world.resource::<ReferenceSettings>(),
-    };
-    let latest = world.resource_scope(|world, mut live: Mut<LiveReference>| {
-        live.ask(world, request);
-        live.latest()
-    });
+    let latest = LiveReference::trace(world, camera, size);
     let samples = latest.as_ref().map_or(0, |latest| latest.samples);
     world.resource_mut::<TruthState>().samples = Some(samples);
     let Some(latest) = latest else { return };
-    let is_luminance = request.view.is_luminance();
-    let settings = OverlaySettings {
-        scale: Vec2::splat(if is_luminance { exposure } else { 1.0 }),
-        split: 0.0,
-        mode: Layout::Left as u32,
-    };
+    let view = world.resource::<GiDebugSettings>().view;
+    let settings = OverlaySettings::left(if view.is_luminance() { exposure } else { 1.0 });
     let seen = shown.get_or_insert_with(|| {
         let image = overlay::texture(&latest.picture);
         let image = world.resource_mut::<Assets<Image>>().add(image);

@@ -1,9 +1,9 @@
-//! Every scene with every technique.
+//! A scene with every technique.
 
-use std::time::Instant;
-
+use base64::{Engine, prelude::BASE64_STANDARD};
 use bevy::render::renderer::RenderAdapterInfo;
 use bevy_gi::GiTechnique;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     Options,
@@ -13,46 +13,58 @@ use crate::{
         headless::Picture,
         projector::Projector,
         quality::{self, Curve, Effort, Pictures, WALLS},
-        scenes::{self, Scene},
+        scenes::Scene,
         studio::Studio,
     },
 };
 
-/// The scene whose light is watched over time.
-const STILL: &str = "cornell";
-/// The scene that is all about leaks.
-const SEALED: &str = "sealed";
-
 /// Everything that was measured.
 pub struct Report {
-    pub adapter: String,
     pub effort: Effort,
+    /// Settings that are not the default ones, as on the command line.
+    pub settings: Vec<String>,
     pub scenes: Vec<SceneReport>,
 }
 
+#[derive(Serialize, Deserialize)]
 pub struct SceneReport {
-    pub scene: Scene,
-    /// As seen: the picture, and its indirect light alone.
-    pub truth: [Picture; 2],
+    pub name: String,
+    pub about: String,
+    /// Name and driver of the GPU.
+    pub adapter: String,
+    /// The picture, and its indirect light alone.
+    pub truth: [Seen; 2],
     /// Relative RMSE of the truth itself.
     pub noise: f32,
     pub techniques: Vec<TechniqueReport>,
 }
 
+#[derive(Serialize, Deserialize)]
 pub struct TechniqueReport {
     pub technique: GiTechnique,
-    /// As seen: the picture, and its indirect light alone.
-    pub seen: [Picture; 2],
-    pub flip_map: Picture,
-    pub heat_map: Option<Picture>,
+    /// The picture, and its indirect light alone.
+    pub seen: [Seen; 2],
+    pub flip_map: Seen,
+    pub heat_map: Option<Seen>,
     /// Relative errors of blocks, without those where there is no truth.
     pub errors: Vec<f32>,
-    pub curves: Vec<(&'static str, Curve)>,
+    /// By what is watched.
+    pub curves: Vec<(String, Curve)>,
     pub figures: Vec<(Figure, f32)>,
 }
 
+/// A picture as it is seen: a PNG file, in base 64.
+#[derive(Serialize, Deserialize)]
+pub struct Seen(pub String);
+
+impl From<&Picture> for Seen {
+    fn from(picture: &Picture) -> Self {
+        Self(BASE64_STANDARD.encode(capture::png(picture)))
+    }
+}
+
 /// What is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
     MeanRatio,
     RelativeRmse,
@@ -120,44 +132,8 @@ impl TechniqueReport {
     }
 }
 
-/// The scenes of a run.
-pub fn scenes(quick: bool) -> Vec<Scene> {
-    scenes::ALL
-        .into_iter()
-        .filter(|scene| !quick || scene.quick)
-        .collect()
-}
-
-/// Measures scenes; `write` gets the report after each.
-pub fn all(
-    scenes: &[Scene],
-    effort: &Effort,
-    options: &Options,
-    write: impl Fn(&Report) -> Result<(), String>,
-) -> Result<Report, String> {
-    let mut report = Report {
-        adapter: String::new(),
-        effort: *effort,
-        scenes: Vec::new(),
-    };
-    for scene in scenes {
-        let start = Instant::now();
-        report
-            .scenes
-            .push(measure(scene, effort, options, &mut report.adapter)?);
-        let seconds = start.elapsed().as_secs_f32();
-        eprintln!("{:14} {seconds:5.1} s", scene.name);
-        write(&report)?;
-    }
-    Ok(report)
-}
-
-fn measure(
-    scene: &Scene,
-    effort: &Effort,
-    options: &Options,
-    adapter: &mut String,
-) -> Result<SceneReport, String> {
+/// Measures a scene.
+pub fn measure(scene: &Scene, effort: &Effort, options: &Options) -> Result<SceneReport, String> {
     let exr = |technique: &str, pictures: &Pictures| {
         let folder = options.out.join("exr");
         let path = |view| folder.join(format!("{}_{technique}_{view}.exr", scene.name));
@@ -165,9 +141,8 @@ fn measure(
         capture::write(&pictures.indirect, &path("indirect"))
     };
     let mut studio = quality::open(scene, effort, &options.settings)?;
-    if let Some(info) = studio.world().get_resource::<RenderAdapterInfo>() {
-        *adapter = format!("{} ({})", info.name, info.driver_info);
-    }
+    let adapter = studio.world().get_resource::<RenderAdapterInfo>();
+    let adapter = adapter.map(|info| format!("{} ({})", info.name, info.driver_info));
     let truth = quality::truth(&mut studio, effort.paths, &options.cache)?;
     exr("reference", &truth.pictures)?;
     let projector = Projector::new(&mut studio.headless, effort.size);
@@ -176,9 +151,12 @@ fn measure(
         [&pictures.full, &pictures.indirect]
             .map(|picture| projector.picture(&mut studio.headless, picture, exposure))
     };
+    let seen_truth = seen(&mut studio, &truth.pictures);
     let mut report = SceneReport {
-        scene: *scene,
-        truth: seen(&mut studio, &truth.pictures),
+        name: scene.name.into(),
+        about: scene.about.into(),
+        adapter: adapter.unwrap_or_default(),
+        truth: [0, 1].map(|i| Seen::from(&seen_truth[i])),
         noise: truth.noise(),
         techniques: Vec::new(),
     };
@@ -192,7 +170,7 @@ fn measure(
         if technique != GiTechnique::Off {
             cost(&mut studio, effort, &mut figures);
             over_time(scene, &mut studio, effort, &mut figures, &mut curves);
-            if scene.name == SEALED {
+            if scene.leaks {
                 let leaks = quality::leaks(technique, effort, &options.settings)?;
                 let leaks = leaks.into_iter().enumerate();
                 figures.extend(leaks.map(|(wall, leak)| (Figure::Leak(wall), leak)));
@@ -205,20 +183,16 @@ fn measure(
             figures.push((Figure::MedianError, errors.median_error));
         }
         let seen = seen(&mut studio, &pictures);
-        let (flip, flip_map) = figures::flip_of(&seen[0], &report.truth[0]);
+        let (flip, flip_map) = figures::flip_of(&seen[0], &seen_truth[0]);
         figures.push((Figure::Flip, flip));
+        let heat_map = errors.as_ref().map(|e| figures::heat_map(e, blocks.size));
+        let relative = errors.map_or(Vec::new(), |errors| errors.relative);
         report.techniques.push(TechniqueReport {
             technique,
-            seen,
-            flip_map,
-            heat_map: errors.as_ref().map(|e| figures::heat_map(e, blocks.size)),
-            errors: errors.map_or(Vec::new(), |errors| {
-                errors
-                    .relative
-                    .into_iter()
-                    .filter(|e| !e.is_nan())
-                    .collect()
-            }),
+            seen: [0, 1].map(|i| Seen::from(&seen[i])),
+            flip_map: Seen::from(&flip_map),
+            heat_map: heat_map.as_ref().map(Seen::from),
+            errors: relative.into_iter().filter(|e| !e.is_nan()).collect(),
             curves,
             figures,
         });
@@ -239,22 +213,22 @@ fn over_time(
     studio: &mut Studio,
     effort: &Effort,
     figures: &mut Vec<(Figure, f32)>,
-    curves: &mut Vec<(&'static str, Curve)>,
+    curves: &mut Vec<(String, Curve)>,
 ) {
-    if scene.name == STILL {
+    if scene.watched {
         figures.push((Figure::Still, quality::stability(studio, effort)));
         figures.push((Figure::Pan, quality::pan(studio, effort)));
         let [off, on] = quality::reaction(studio, effort);
         figures.push((Figure::ReactionOff, off.frames_to_90_percent() as f32));
         figures.push((Figure::ReactionOn, on.frames_to_90_percent() as f32));
-        curves.push(("lamp off", off));
-        curves.push(("lamp on", on));
+        curves.push(("lamp off".into(), off));
+        curves.push(("lamp on".into(), on));
     }
     if let Some(motion) = scene.motion {
         let following = quality::following(studio, motion, effort);
         let settling = following.curve.frames_to_90_percent();
         figures.push((Figure::Lag, following.lag));
         figures.push((Figure::Settling, settling as f32));
-        curves.push(("after moving", following.curve));
+        curves.push(("after moving".into(), following.curve));
     }
 }

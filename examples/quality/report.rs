@@ -2,13 +2,11 @@
 
 use std::path::Path;
 
-use base64::{Engine, prelude::BASE64_STANDARD};
 use bevy_gi::GiTechnique;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::{
-    common::{capture, headless::Picture},
-    measure::{Figure, Report, SceneReport, TechniqueReport},
+    measure::{Figure, Report, SceneReport, Seen, TechniqueReport},
     plot::{self, Line},
     table::{self, PICTURE},
 };
@@ -29,8 +27,7 @@ nav a { margin-right: .8rem } .good { background: #e3f4e3 } .bad { background: #
 ";
 
 pub fn write(report: &Report, path: &Path) -> Result<(), String> {
-    let page = page(report).into_string();
-    std::fs::write(path, page).map_err(|e| format!("{}: {e}", path.display()))
+    crate::write(path, &page(report).into_string())
 }
 
 fn page(report: &Report) -> Markup {
@@ -57,7 +54,7 @@ fn page(report: &Report) -> Markup {
                 }
                 nav {
                     @for scene in &report.scenes {
-                        a href={ "#" (scene.scene.name) } { (scene.scene.name) }
+                        a href={ "#" (scene.name) } { (scene.name) }
                     }
                 }
                 h2 { "All scenes" }
@@ -79,7 +76,7 @@ fn overview(report: &Report) -> Markup {
             }
             @for scene in &report.scenes { @for technique in &scene.techniques {
                 tr.off[technique.technique == GiTechnique::Off] {
-                    td { a href={ "#" (scene.scene.name) } { (scene.scene.name) } }
+                    td { a href={ "#" (scene.name) } { (scene.name) } }
                     td { (technique.technique.name()) }
                     @for figure in PICTURE {
                         @let value = technique.get(figure);
@@ -142,11 +139,10 @@ fn errors_plot(title: &str, lines: &[Line]) -> String {
     plot::lines(title, axes, [0.0, 1.0], [0.0, 1.0], lines)
 }
 
-fn picture(picture: &Picture, caption: &str) -> Markup {
-    let data = BASE64_STANDARD.encode(capture::png(picture));
+fn picture(picture: &Seen, caption: &str) -> Markup {
     html! {
         figure {
-            img src={ "data:image/png;base64," (data) } alt=(caption);
+            img src={ "data:image/png;base64," (picture.0) } alt=(caption);
             figcaption { (caption) }
         }
     }
@@ -162,8 +158,8 @@ fn section(scene: &SceneReport) -> Markup {
         })
         .collect();
     html! {
-        h2 id=(scene.scene.name) { (scene.scene.name) }
-        p { (scene.scene.about) "." }
+        h2 id=(scene.name) { (scene.name) }
+        p { (scene.about) "." }
         div.row {
             (picture(&scene.truth[0], "the truth"))
             (picture(&scene.truth[1], "the truth, indirect light"))
@@ -180,7 +176,7 @@ fn section(scene: &SceneReport) -> Markup {
             }
         }
         div.row {
-            (PreEscaped(errors_plot(scene.scene.name, &errors)))
+            (PreEscaped(errors_plot(&scene.name, &errors)))
             (curves(scene))
         }
         (others(scene))
@@ -210,13 +206,7 @@ fn curves(scene: &SceneReport) -> Markup {
     }
     let axes = ["frames", "way to go"];
     let frames = lines.iter().map(|l| l.points.len()).max().unwrap_or(1);
-    let svg = plot::lines(
-        scene.scene.name,
-        axes,
-        [0.0, frames as f32],
-        [0.0, 1.0],
-        &lines,
-    );
+    let svg = plot::lines(&scene.name, axes, [0.0, frames as f32], [0.0, 1.0], &lines);
     html! { (PreEscaped(svg)) }
 }
 

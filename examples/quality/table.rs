@@ -26,10 +26,7 @@ fn pictures(report: &Report) -> Table {
     table.set_header(header);
     for scene in &report.scenes {
         for technique in &scene.techniques {
-            let mut row = vec![
-                scene.scene.name.to_owned(),
-                technique.technique.name().into(),
-            ];
+            let mut row = vec![scene.name.clone(), technique.technique.name().into()];
             row.extend(PICTURE.map(|figure| {
                 let value = technique.get(figure);
                 value.map_or(String::new(), |value| figure.format(value))
@@ -51,7 +48,7 @@ fn others(report: &Report) -> Table {
             let others = technique.figures.iter().filter(|(f, _)| !f.is_of_picture());
             for (figure, value) in others {
                 table.add_row([
-                    scene.scene.name.to_owned(),
+                    scene.name.clone(),
                     technique.technique.name().into(),
                     figure.name(),
                     figure.format(*value),
@@ -71,7 +68,7 @@ pub fn write_csv(report: &Report, path: &Path) -> Result<(), String> {
     // No name holds a comma.
     let mut text = "scene,technique,figure,value\n".to_owned();
     for scene in &report.scenes {
-        let name = scene.scene.name;
+        let name = &scene.name;
         let _ = writeln!(text, "{name},reference,noise,{}", scene.noise);
         for technique in &scene.techniques {
             for (figure, value) in &technique.figures {
@@ -84,7 +81,7 @@ pub fn write_csv(report: &Report, path: &Path) -> Result<(), String> {
             }
         }
     }
-    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
+    crate::write(path, &text)
 }
 
 /// The day, as year-month-day.
@@ -97,11 +94,16 @@ fn today() -> String {
 /// How the figures came about, in a sentence or two.
 pub fn how(report: &Report) -> String {
     let effort = &report.effort;
+    let adapter = report.scenes.first().map_or("", |scene| &scene.adapter);
+    let settings = match &report.settings[..] {
+        [] => "default settings".into(),
+        some => some.join(", "),
+    };
     format!(
         "Measured on {}, adapter {}; {} x {} pixels, volumes of {} voxels, {} frames before a picture, {} \
-         paths a pixel for the truth, default settings.",
+         paths a pixel for the truth, {settings}.",
         today(),
-        report.adapter,
+        adapter,
         effort.size.x,
         effort.size.y,
         effort.resolution,
@@ -118,7 +120,7 @@ pub fn write_markdown(report: &Report, path: &Path) -> Result<(), String> {
         pictures(report),
         others(report)
     );
-    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
+    crate::write(path, &text)
 }
 
 /// What the figures are.

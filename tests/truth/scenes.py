@@ -2,7 +2,7 @@
 
     pip install mitsuba numpy
     cargo build --release --example viewer
-    python3 tests/truth/scenes.py PATH/TO/viewer FOLDER [paths]
+    python3 tests/truth/scenes.py PATH/TO/viewer FOLDER [paths [scene..]]
 
 Prints mean ratio and relative RMSE on 8x8-pixel means of the whole picture, and of it without the blocks
 that see a lamp.
@@ -155,7 +155,7 @@ def write_gltf(scene, path):
             "pbrMetallicRoughness": {
                 "baseColorFactor": [*m["color"], 1.0],
                 "metallicFactor": 1.0 if is_metal else 0.0,
-                # Where Bevy's diffuse lobe is nearly Lambert's; the path tracer is told to take that.
+                # Without effect on diffuse faces: the path tracer is told to take Lambert's lobe.
                 "roughnessFactor": m.get("roughness", 1.0),
             }
         }
@@ -245,6 +245,8 @@ def main():
     paths = int(sys.argv[3]) if len(sys.argv) > 3 else 1024
     folder.mkdir(parents=True, exist_ok=True)
     for scene in [cornell(False), cornell(True), two_rooms(), sky_court(), glossy_floor()]:
+        if len(sys.argv) > 4 and scene.name not in sys.argv[4:]:
+            continue
         gltf, exr = folder / f"{scene.name}.glb", folder / f"{scene.name}.exr"
         write_gltf(scene, gltf)
         command = [viewer, gltf, "--headless", "--technique", "reference", "--frames", str(paths)]

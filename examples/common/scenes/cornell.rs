@@ -11,9 +11,9 @@ pub const SCENE: Scene = Scene {
     about: "the Cornell box under a bulb: one bounce after another, and colours that bleed",
     content: Content::Built(spawn),
     view,
-    sky: None,
-    motion: None,
     quick: true,
+    watched: true,
+    ..Scene::PLAIN
 };
 
 /// The bulb; the examples move it.

@@ -12,9 +12,8 @@ pub const SCENE: Scene = Scene {
     about: "the Cornell box under a patch that shines: all light on its walls is indirect",
     content: Content::Built(spawn),
     view,
-    sky: None,
-    motion: None,
     quick: true,
+    ..Scene::PLAIN
 };
 
 fn view() -> SceneView {

@@ -12,9 +12,7 @@ pub const SCENE: Scene = Scene {
     about: "a room lit by surfaces that shine alone, large and small",
     content: Content::Built(spawn),
     view,
-    sky: None,
-    motion: None,
-    quick: false,
+    ..Scene::PLAIN
 };
 
 fn view() -> SceneView {

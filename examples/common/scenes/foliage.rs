@@ -18,8 +18,7 @@ pub const SCENE: Scene = Scene {
     content: Content::Built(spawn),
     view,
     sky: Some([1500.0, 2100.0, 3200.0]),
-    motion: None,
-    quick: false,
+    ..Scene::PLAIN
 };
 
 fn view() -> SceneView {

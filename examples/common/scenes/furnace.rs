@@ -12,9 +12,7 @@ pub const SCENE: Scene = Scene {
     about: "a closed room that shines with 1 nit and reflects half: 2 nits everywhere",
     content: Content::Built(spawn),
     view,
-    sky: None,
-    motion: None,
-    quick: false,
+    ..Scene::PLAIN
 };
 
 fn view() -> SceneView {

@@ -12,9 +12,8 @@ pub const SCENE: Scene = Scene {
     about: "a hall with a polished floor and a brushed column: specular light from all around",
     content: Content::Built(spawn),
     view,
-    sky: None,
-    motion: None,
     quick: true,
+    ..Scene::PLAIN
 };
 
 fn view() -> SceneView {

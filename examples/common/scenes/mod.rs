@@ -44,6 +44,31 @@ pub struct Scene {
     pub motion: Option<fn(&mut World, f32)>,
     /// Whether it is part of quick measurements.
     pub quick: bool,
+    /// Whether its light is measured over time: how still it is, and how soon it follows its lamps.
+    pub watched: bool,
+    /// Whether light that passes its wall is measured: see [`sealed`].
+    pub leaks: bool,
+}
+
+impl Scene {
+    /// An empty one, that is only looked at.
+    const PLAIN: Self = Self {
+        name: "",
+        about: "",
+        content: Content::Built(|_| {}),
+        view: || SceneView {
+            eye: Vec3::Z,
+            look: Vec3::ZERO,
+            fov: 60.0,
+            ev100: 4.0,
+            speed: 1.0,
+        },
+        sky: None,
+        motion: None,
+        quick: false,
+        watched: false,
+        leaks: false,
+    };
 }
 
 /// What a scene is made of.

@@ -9,9 +9,8 @@ pub const SCENE: Scene = Scene {
     about: "a lantern carried past pillars: light and its bounces move in every frame",
     content: Content::Built(spawn),
     view,
-    sky: None,
     motion: Some(carry),
-    quick: false,
+    ..Scene::PLAIN
 };
 
 /// What is carried.

@@ -10,9 +10,9 @@ pub const SCENE: Scene = Scene {
     about: "two sealed rooms, a lamp in one: what is seen in the other has leaked",
     content: Content::Built(spawn),
     view,
-    sky: None,
-    motion: None,
     quick: true,
+    leaks: true,
+    ..Scene::PLAIN
 };
 
 fn view() -> SceneView {

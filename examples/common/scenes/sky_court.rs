@@ -10,8 +10,8 @@ pub const SCENE: Scene = Scene {
     content: Content::Built(spawn),
     view,
     sky: Some([2600.0, 3000.0, 3600.0]),
-    motion: None,
     quick: true,
+    ..Scene::PLAIN
 };
 
 fn view() -> SceneView {

@@ -13,8 +13,7 @@ pub const SCENE: Scene = Scene {
     content: Content::File(PATH),
     view,
     sky: Some(SKY),
-    motion: None,
-    quick: false,
+    ..Scene::PLAIN
 };
 
 /// Nits of the sky, on a clear day away from the sun.

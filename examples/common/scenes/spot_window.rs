@@ -9,9 +9,7 @@ pub const SCENE: Scene = Scene {
     about: "a dark room with a window, and a spot outside: a patch of light feeds all of it",
     content: Content::Built(spawn),
     view,
-    sky: None,
-    motion: None,
-    quick: false,
+    ..Scene::PLAIN
 };
 
 fn view() -> SceneView {

@@ -9,9 +9,7 @@ pub const SCENE: Scene = Scene {
     about: "an L-shaped corridor: beyond the bend, all light has bounced, most of it often",
     content: Content::Built(spawn),
     view,
-    sky: None,
-    motion: None,
-    quick: false,
+    ..Scene::PLAIN
 };
 
 fn view() -> SceneView {

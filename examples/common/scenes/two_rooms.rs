@@ -9,9 +9,9 @@ pub const SCENE: Scene = Scene {
     about: "a room lit through the open door of another, where the lamp is; the door slides",
     content: Content::Built(spawn),
     view,
-    sky: None,
     motion: Some(slide),
     quick: true,
+    ..Scene::PLAIN
 };
 
 /// The door's leaf.
