@@ -129,7 +129,7 @@ fn main() -> ExitCode {
         options::list();
         return ExitCode::SUCCESS;
     }
-    match adapter::find().and_then(|()| run(options)) {
+    match adapter::find().and_then(|_| run(options)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("compare: {error}");

@@ -70,7 +70,7 @@ fn main() -> ExitCode {
         options::list();
         return ExitCode::SUCCESS;
     }
-    let result = adapter::find().and_then(|()| match options.headless {
+    let result = adapter::find().and_then(|_| match options.headless {
         true => headless(options),
         false => window(options),
     });

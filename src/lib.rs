@@ -40,6 +40,8 @@ mod camera;
 mod debug;
 mod forward_views;
 mod gpu;
+#[cfg(feature = "inspector")]
+pub mod inspector;
 mod plugins;
 #[cfg(feature = "reference")]
 pub mod reference;
@@ -52,7 +54,7 @@ pub mod technique;
 mod wgsl_tests;
 
 pub use camera::GiCamera;
-pub use debug::{GiDebugSettings, GiView};
+pub use debug::{GiDebugSettings, GiSlice, GiView};
 pub use gpu::{caps::GiSupport, statistics::GiStatistics};
 pub use plugins::GiPlugins;
 pub use scene::{
@@ -63,8 +65,8 @@ pub use scene::{
 };
 pub use schedule::GiSystems;
 pub use settings::{
-    EmissiveUnits, FieldRange, GatherResolution, GiHistory, GiQuality, GiSettings, GiSky,
-    GiTechnique,
+    EmissiveUnits, FieldRange, GatherResolution, GiHistory, GiQuality, GiSettings,
+    GiSettingsRegistry, GiSky, GiTechnique, SettingsEntry,
 };
 pub use technique::vct::{ConeLayout, VoxelConeTracingSettings};
 

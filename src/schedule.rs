@@ -35,6 +35,10 @@ pub enum GiSystems {
     ShowExport,
     /// Per GI camera: they are emptied, once all that is drawn forward has its light too.
     HideExport,
+    /// Once per frame: what debug views show at points of space is gathered.
+    FillDebug,
+    /// Per GI camera: debug views that do not belong to the composite.
+    ShowDebug,
 }
 
 /// Orders [`GiSystems`] among themselves and against Bevy's own passes.
@@ -52,6 +56,7 @@ impl Plugin for SchedulePlugin {
                     GiSystems::CaptureScene,
                     GiSystems::UpdateCaches,
                     GiSystems::Export,
+                    GiSystems::FillDebug,
                 )
                     .chain()
                     .before(camera_driver),
@@ -68,7 +73,8 @@ impl Plugin for SchedulePlugin {
                         .after(deferred_lighting)
                         .before(main_opaque_pass_3d)
                         .in_set(Core3dSystems::MainPass),
-                    GiSystems::HideExport
+                    (GiSystems::HideExport, GiSystems::ShowDebug)
+                        .chain()
                         .after(Core3dSystems::MainPass)
                         .before(Core3dSystems::EarlyPostProcess),
                 ),

@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// Shaders with entry points, and the definitions of each of their variants.
-const VARIANTS: [(&str, &[&[&str]]); 11] = [
+const VARIANTS: [(&str, &[&[&str]]); 15] = [
     ("scene/voxels/allocate.wgsl", &[&[]]),
     ("scene/voxels/resolve.wgsl", &[&[]]),
     ("scene/voxels/voxelize.wgsl", &[PREPASS, PREPASS_BARE]),
@@ -48,6 +48,10 @@ const VARIANTS: [(&str, &[&[&str]]); 11] = [
     ("apply/temporal.wgsl", &[&[]]),
     ("apply/denoise.wgsl", &[&[]]),
     ("apply/composite.wgsl", &[&[]]),
+    ("technique/vct/debug.wgsl", &[&[]]),
+    ("debug/shadow_maps.wgsl", &[&[]]),
+    ("debug/shapes.wgsl", &[&[]]),
+    ("debug/probes.wgsl", &[&[]]),
 ];
 
 /// What Bevy's prepass defines for a mesh with normals, texture coordinates and colours.
@@ -99,7 +103,7 @@ fn validate(
 }
 
 /// An app without a renderer, with Bevy's shaders and ours loaded.
-fn load(shaders: &[&str]) -> (App, Vec<Handle<Shader>>) {
+pub(crate) fn load(shaders: &[&str]) -> (App, Vec<Handle<Shader>>) {
     let mut app = App::new();
     app.add_plugins((
         DefaultPlugins

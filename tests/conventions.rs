@@ -67,7 +67,12 @@ fn wgsl_type(rust: &str) -> String {
         return format!("array<{}>", wgsl_type(element));
     }
     if let Some((element, length)) = inner("[").and_then(|array| array.split_once("; ")) {
-        return format!("array<{}, #{{{length}}}>", wgsl_type(element));
+        // A constant comes as a shader definition.
+        let length = match length.parse::<u32>() {
+            Ok(_) => length.to_owned(),
+            Err(_) => format!("#{{{length}}}"),
+        };
+        return format!("array<{}, {length}>", wgsl_type(element));
     }
     match rust {
         "Vec2" => "vec2<f32>",
@@ -116,7 +121,9 @@ const MAY_IMPORT: [(&str, &[&str]); 7] = [
     ("scene", &["camera", "gpu", "schedule", "settings"]),
     (
         "technique",
-        &["camera", "gpu", "scene", "schedule", "settings"],
+        &[
+            "camera", "debug", "gpu", "scene", "schedule", "settings", "surface",
+        ],
     ),
     (
         "apply",
@@ -132,7 +139,7 @@ const MAY_IMPORT: [(&str, &[&str]); 7] = [
         ],
     ),
     ("camera.rs", &["gpu", "settings"]),
-    ("settings.rs", &[]),
+    ("settings", &["gpu"]),
 ];
 
 /// Modules that a text names after `crate::`.

@@ -10,8 +10,12 @@ mod bad_input;
 mod casters;
 #[path = "gpu/cornell.rs"]
 mod cornell;
+#[path = "gpu/debug.rs"]
+mod debug;
 #[path = "gpu/forward.rs"]
 mod forward;
+#[path = "gpu/inspector.rs"]
+mod inspector;
 #[path = "gpu/lights.rs"]
 mod lights;
 #[path = "gpu/off.rs"]

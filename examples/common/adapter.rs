@@ -3,7 +3,10 @@
 use std::panic::{catch_unwind, set_hook, take_hook};
 
 use bevy::{
-    render::{renderer::initialize_renderer, settings::WgpuSettings},
+    render::{
+        renderer::{RenderAdapterInfo, initialize_renderer},
+        settings::WgpuSettings,
+    },
     tasks::block_on,
 };
 
@@ -15,17 +18,15 @@ pub fn require() {
     }
 }
 
-/// One sentence if there is no graphics adapter. Bevy itself panics then, before any plugin runs.
-pub fn find() -> Result<(), String> {
+/// The graphics adapter; one sentence if there is none. Bevy itself panics then, before any plugin runs.
+pub fn find() -> Result<RenderAdapterInfo, String> {
     let settings = WgpuSettings::default();
     let Some(backends) = settings.backends else {
         return Err("the environment variable WGPU_BACKEND names no backend of this system".into());
     };
     let hook = take_hook();
     set_hook(Box::new(|_| {}));
-    let found = catch_unwind(|| {
-        block_on(initialize_renderer(backends, None, &settings));
-    });
+    let found = catch_unwind(|| block_on(initialize_renderer(backends, None, &settings)).2);
     set_hook(hook);
     found.map_err(|_| {
         "there is no graphics adapter; on Debian and Ubuntu, `apt-get install mesa-vulkan-drivers` \

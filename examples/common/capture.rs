@@ -5,6 +5,7 @@ use std::{collections::BTreeMap, path::Path};
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
 use bevy_gi::{GiStatistics, prelude::*};
 use image::ImageEncoder;
+use wgpu_types::DeviceType;
 
 use super::headless::{Headless, Picture};
 
@@ -79,6 +80,22 @@ fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Wall-clock time of a frame, milliseconds: the median over the second half of the last steps.
+pub fn frame_ms(headless: &Headless) -> f64 {
+    median(&headless.frame_ms)
+}
+
+/// What global illumination takes of a frame, milliseconds; `without` is a frame's wall-clock time with
+/// the technique off. On a GPU, passes are timed by its own clock. A software driver reads that when it
+/// likes (lavapipe 22.3 stamps compute passes that ran long ago): there it is what a frame takes longer.
+pub fn gi_ms(headless: &Headless, without: f64) -> f64 {
+    let adapter = headless.app.world().get_resource::<RenderAdapterInfo>();
+    if adapter.is_some_and(|info| info.device_type == DeviceType::Cpu) {
+        return (frame_ms(headless) - without).max(0.0);
+    }
+    statistics(headless)["gi_gpu_ms"].as_f64().unwrap_or(0.0)
 }
 
 /// Everything that is known of the last frames, for `--stats`.

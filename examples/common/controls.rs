@@ -5,11 +5,17 @@ use bevy::{
     camera_controller::free_camera::{FreeCamera, FreeCameraPlugin},
     prelude::*,
 };
-use bevy_gi::prelude::*;
+use bevy_gi::{
+    inspector::{
+        GiInspectorPlugin,
+        bevy_egui::{EguiGlobalSettings, EguiPlugin},
+    },
+    prelude::*,
+};
 
 use super::{scenes::SceneView, truth::TruthState};
 
-/// G, T, V, P and H, and the text that explains them.
+/// The inspector, the keys G, T, V, P, B and H, and the text that explains them.
 pub struct ControlsPlugin {
     /// Lines about the example's own keys.
     pub help: &'static str,
@@ -23,10 +29,19 @@ struct HelpText;
 
 impl Plugin for ControlsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins(FreeCameraPlugin)
-            .insert_resource(Help(self.help))
-            .add_systems(Startup, spawn_help)
-            .add_systems(Update, (keys, update_help).chain());
+        app.add_plugins((
+            FreeCameraPlugin,
+            EguiPlugin::default(),
+            GiInspectorPlugin::default(),
+        ))
+        // What is typed into the panel does not fly the camera.
+        .insert_resource(EguiGlobalSettings {
+            enable_absorb_bevy_input_system: true,
+            ..default()
+        })
+        .insert_resource(Help(self.help))
+        .add_systems(Startup, spawn_help)
+        .add_systems(Update, (keys, update_help).chain());
     }
 }
 
@@ -99,9 +114,11 @@ fn keys(
         let at = quality.map_or(2, |q| (q + 1) % GiQuality::ALL.len());
         *quality = Some(at);
         *vct = VoxelConeTracingSettings::preset(GiQuality::ALL[at]);
-        let new = GiSettings::preset(GiQuality::ALL[at]);
-        settings.gather_resolution = new.gather_resolution;
-        settings.shadow_map_size = new.shadow_map_size;
+        *settings = GiSettings::preset(GiQuality::ALL[at]).with_scene_of(&settings);
+    }
+    if keys.just_pressed(KeyCode::KeyB) {
+        debug.show_volumes = !debug.show_volumes;
+        debug.show_probes = debug.show_volumes;
     }
     if keys.just_pressed(KeyCode::KeyH) {
         for mut visibility in &mut help {
@@ -139,11 +156,13 @@ fn update_help(
     };
     for mut text in &mut text {
         text.0 = format!(
-            "{:.1} ms   technique: {technique}   view: {}{off}\n\
-             G: GI on/off   T: technique   V: view   P: quality preset   H: this help{hold}\n\
+            "{:.1} ms   technique: {technique}   view: {}{off}\n{}\n\
+             F1: inspector   G: GI on/off   T: technique   V: view   B: volumes and probes\n\
+             P: quality preset   H: this help{hold}\n\
              WASD, E, Q: fly   Shift: faster   right mouse button: look\n{}",
             *smooth * 1000.0,
             debug.view.name(),
+            debug.view.legend(),
             help.0,
         );
     }

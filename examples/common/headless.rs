@@ -149,9 +149,15 @@ impl Headless {
 
     /// Renders `frames` frames.
     pub fn steps(&mut self, frames: u32) {
+        self.steps_with(frames, |_, _| {});
+    }
+
+    /// Renders `frames` frames; `before` may change the world before each.
+    pub fn steps_with(&mut self, frames: u32, mut before: impl FnMut(&mut World, u32)) {
         self.frame_ms.clear();
         self.passes_ms.clear();
         for frame in 0..frames {
+            before(self.app.world_mut(), frame);
             let start = Instant::now();
             self.step();
             let elapsed = start.elapsed().as_secs_f64() * 1000.0;

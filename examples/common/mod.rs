@@ -11,6 +11,7 @@ pub mod meter;
 pub mod open;
 pub mod options;
 pub mod overlay;
+pub mod plot;
 pub mod projector;
 pub mod quality;
 pub mod reference;

@@ -3,10 +3,19 @@
 use std::path::PathBuf;
 
 use bevy::{
+    log::LogPlugin,
     prelude::*,
     reflect::{GetPath, serde::TypedReflectDeserializer},
+    render::{
+        RenderPlugin,
+        settings::{RenderCreation, WgpuSettings},
+    },
+    winit::WinitPlugin,
 };
-use bevy_gi::{FieldRange, prelude::*, reference::ReferenceSettings};
+use bevy_gi::{
+    FieldRange, GiSettingsRegistry, SettingsEntry, inspector::from_ron, prelude::*,
+    reference::ReferenceSettings,
+};
 use serde::de::DeserializeSeed;
 
 use super::scenes;
@@ -17,7 +26,7 @@ pub struct SettingsOptions {
     /// Sets a field, for example VoxelConeTracingSettings.cones=8. Repeatable.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub sets: Vec<String>,
-    /// Settings as RON: ( settings: (..), vct: (..), debug: (..), reference: (..) ), each optional.
+    /// Settings as RON, as the inspector saves them: { "GiSettings": (..), .. }, each optional.
     #[arg(long, value_name = "FILE.ron")]
     pub settings: Option<PathBuf>,
 }
@@ -97,16 +106,6 @@ pub fn vector(text: &str) -> Result<Vec3, String> {
     }
 }
 
-/// Everything that `--settings` can hold.
-#[derive(serde::Deserialize, Default)]
-#[serde(default, deny_unknown_fields)]
-struct SettingsFile {
-    settings: GiSettings,
-    vct: VoxelConeTracingSettings,
-    debug: GiDebugSettings,
-    reference: ReferenceSettings,
-}
-
 impl SettingsOptions {
     /// What is asked for, as on the command line.
     pub fn described(&self) -> Vec<String> {
@@ -116,15 +115,11 @@ impl SettingsOptions {
 
     /// Applies them. Without a file, ambient light is replaced, and what is not asked for stays dark.
     pub fn apply(&self, world: &mut World, technique: Option<Technique>) -> Result<(), String> {
-        world.init_resource::<ReferenceSettings>();
+        register_reference(world);
         if let Some(path) = &self.settings {
             let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
             let text = std::fs::read_to_string(path).map_err(|e| fail(&e))?;
-            let file: SettingsFile = ron::from_str(&text).map_err(|e| fail(&e))?;
-            world.insert_resource(file.settings);
-            world.insert_resource(file.vct);
-            world.insert_resource(file.debug);
-            world.insert_resource(file.reference);
+            from_ron(world, &text).map_err(|e| fail(&e))?;
         } else {
             let mut gi = world.resource_mut::<GiSettings>();
             gi.replace_ambient = true;
@@ -152,7 +147,9 @@ fn apply_set(world: &mut World, set: &str) -> Result<(), String> {
     let registry = world.resource::<AppTypeRegistry>().clone();
     let registry = registry.read();
     let unknown = || format!("--set {set}: there is no settings resource '{resource}'; see --list");
-    let mut target = settings_mut(world, resource).ok_or_else(unknown)?;
+    let all = world.resource::<GiSettingsRegistry>().clone();
+    let entry = all.find(resource).ok_or_else(unknown)?;
+    let mut target = entry.get_mut(world).ok_or_else(unknown)?;
     let target = target
         .reflect_path_mut(format!(".{field}").as_str())
         .map_err(|_| format!("--set {set}: '{resource}' has no field '{field}'; see --list"))?;
@@ -171,22 +168,11 @@ fn apply_set(world: &mut World, set: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The settings resource of that name.
-fn settings_mut<'w>(world: &'w mut World, name: &str) -> Option<Mut<'w, dyn Reflect>> {
-    fn of<T: Resource<Mutability = bevy::ecs::component::Mutable> + Reflect>(
-        world: &mut World,
-    ) -> Mut<'_, dyn Reflect> {
-        world
-            .resource_mut::<T>()
-            .map_unchanged(|t| t as &mut dyn Reflect)
-    }
-    Some(match name {
-        "GiSettings" => of::<GiSettings>(world),
-        "VoxelConeTracingSettings" => of::<VoxelConeTracingSettings>(world),
-        "GiDebugSettings" => of::<GiDebugSettings>(world),
-        "ReferenceSettings" => of::<ReferenceSettings>(world),
-        _ => return None,
-    })
+/// The path tracer's settings are the app's, as is the path tracer.
+fn register_reference(world: &mut World) {
+    world.init_resource::<ReferenceSettings>();
+    let entry = SettingsEntry::new::<ReferenceSettings>();
+    world.resource_mut::<GiSettingsRegistry>().add(entry);
 }
 
 /// The variants of an enum, for `--list`.
@@ -202,34 +188,54 @@ fn variants(value: &dyn PartialReflect) -> String {
 /// Prints techniques, views, scenes and settings.
 pub fn list() {
     println!("techniques: {}", technique_names());
-    println!("views: {}", GiView::ALL.map(GiView::name).join(" "));
+    println!("views:");
+    for view in GiView::ALL {
+        println!("  {:14} {}", view.name(), view.legend());
+    }
     println!("bundled scenes:");
     for scene in scenes::ALL {
         println!("  {:14} {}", scene.name, scene.about);
     }
     println!("settings and components, with their defaults and ranges:");
-    let dump = |name: &str, value: &dyn PartialReflect, ranges: Vec<FieldRange>| {
+    let dump = |name: &str, value: &dyn PartialReflect, ranges: &[FieldRange]| {
         if let bevy::reflect::ReflectRef::Struct(fields) = value.reflect_ref() {
             for i in 0..fields.field_len() {
                 let field = fields.name_at(i).unwrap_or_default();
                 let value = fields.field_at(i).unwrap();
                 let range = match ranges.iter().find(|range| range.field == field) {
                     // Single precision, as the fields have it.
-                    Some(range) => format!("  {}..={}", range.min as f32, range.max as f32),
+                    Some(range) => {
+                        let (min, max) = (range.min as f32, range.max as f32);
+                        format!("  {min}..={max} {}", range.unit)
+                    }
                     None => variants(value),
                 };
-                println!("  {name}.{field} = {value:?}{range}");
+                println!("  {name}.{field} = {value:?}{}", range.trim_end());
             }
         }
     };
-    dump("GiSettings", &GiSettings::default(), GiSettings::ranges());
-    dump(
-        "VoxelConeTracingSettings",
-        &VoxelConeTracingSettings::default(),
-        VoxelConeTracingSettings::ranges(),
-    );
-    dump("GiVolume", &GiVolume::default(), GiVolume::ranges());
-    dump("GiLight", &GiLight::default(), GiLight::ranges());
-    dump("GiDebugSettings", &GiDebugSettings::default(), vec![]);
-    dump("ReferenceSettings", &ReferenceSettings::default(), vec![]);
+    // The plugins know their settings; no GPU is needed to ask them.
+    let no_gpu = RenderPlugin {
+        render_creation: RenderCreation::Automatic(Box::new(WgpuSettings {
+            backends: None,
+            ..default()
+        })),
+        ..default()
+    };
+    let plugins = DefaultPlugins.set(no_gpu);
+    let mut app = App::new();
+    app.add_plugins((
+        plugins.disable::<WinitPlugin>().disable::<LogPlugin>(),
+        GiPlugins,
+    ));
+    register_reference(app.world_mut());
+    for entry in app.world().resource::<GiSettingsRegistry>().iter() {
+        dump(
+            entry.name,
+            entry.default_value().as_partial_reflect(),
+            &entry.ranges,
+        );
+    }
+    dump("GiVolume", &GiVolume::default(), &GiVolume::ranges());
+    dump("GiLight", &GiLight::default(), &GiLight::ranges());
 }

@@ -263,7 +263,7 @@ fn watch(
 }
 
 /// All of Bevy's lights times a factor.
-fn dim(world: &mut World, factor: f32) {
+pub fn dim(world: &mut World, factor: f32) {
     let mut points = world.query::<&mut PointLight>();
     points
         .iter_mut(world)

@@ -4,7 +4,6 @@
 mod common;
 
 mod measure;
-mod plot;
 mod report;
 mod table;
 
@@ -58,7 +57,7 @@ fn scene(name: &str) -> Result<Scene, String> {
 
 fn main() -> ExitCode {
     let options = Options::parse();
-    match adapter::find().and_then(|()| run(&options)) {
+    match adapter::find().and_then(|_| run(&options)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("quality: {error}");

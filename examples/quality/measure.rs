@@ -161,14 +161,18 @@ pub fn measure(scene: &Scene, effort: &Effort, options: &Options) -> Result<Scen
         techniques: Vec::new(),
     };
     let blocks = figures::blocks(&truth.pictures.indirect);
+    let mut without = 0.0;
     for technique in GiTechnique::ALL {
         quality::choose(&mut studio, technique);
         let pictures = quality::shoot(&mut studio, effort);
         exr(technique.name(), &pictures)?;
         let mut figures = Vec::new();
         let mut curves = Vec::new();
-        if technique != GiTechnique::Off {
-            cost(&mut studio, effort, &mut figures);
+        studio.headless.steps(effort.frames / 2);
+        if technique == GiTechnique::Off {
+            without = capture::frame_ms(&studio.headless);
+        } else {
+            cost(&studio, without, &mut figures);
             over_time(scene, &mut studio, effort, &mut figures, &mut curves);
             if scene.leaks {
                 let leaks = quality::leaks(technique, effort, &options.settings)?;
@@ -200,12 +204,12 @@ pub fn measure(scene: &Scene, effort: &Effort, options: &Options) -> Result<Scen
     Ok(report)
 }
 
-fn cost(studio: &mut Studio, effort: &Effort, figures: &mut Vec<(Figure, f32)>) {
-    studio.headless.steps(effort.frames / 2);
+fn cost(studio: &Studio, without: f64, figures: &mut Vec<(Figure, f32)>) {
+    let ms = capture::gi_ms(&studio.headless, without);
     let stats = capture::statistics(&studio.headless);
-    let number = |name: &str| stats[name].as_f64().unwrap_or(0.0) as f32;
-    figures.push((Figure::GpuMs, number("gi_gpu_ms")));
-    figures.push((Figure::MemoryMib, number("memory_total_bytes") / 1048576.0));
+    let bytes = stats["memory_total_bytes"].as_f64().unwrap_or(0.0);
+    figures.push((Figure::GpuMs, ms as f32));
+    figures.push((Figure::MemoryMib, (bytes / 1048576.0) as f32));
 }
 
 fn over_time(

@@ -6,8 +6,8 @@ use bevy_gi::GiTechnique;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::{
+    common::plot::{self, Line},
     measure::{Figure, Report, SceneReport, Seen, TechniqueReport},
-    plot::{self, Line},
     table::{self, PICTURE},
 };
 

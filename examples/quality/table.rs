@@ -138,4 +138,7 @@ illumination.
 *Still* and *pan* are of the Cornell box, the second while the camera turns by 0.1 degrees a frame. *Frames
 to 90 %* are counted until less than a tenth is missing of the way to the final picture. *Leak* is the
 light in a sealed room over that in the lit one beside it, the worst over places of the wall on the grid
-of voxels.";
+of voxels.
+
+*GI, ms a frame* is of a still scene, by the GPU's clock. A software driver has no such clock: there it is what
+a frame takes longer than with the technique `off`, and only ratios mean anything.";

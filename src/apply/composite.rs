@@ -26,7 +26,7 @@ use super::{
     temporal::ViewHistory,
 };
 use crate::{
-    debug::{GiDebugSettings, GiView},
+    debug::{GiDebugSettings, GiView, Painter},
     gpu::caps::supported,
     schedule::GiSystems,
     settings::GiSettings,
@@ -43,6 +43,8 @@ struct GpuComposite {
     strength: f32,
     /// Whether there is a texture of screen-space ambient occlusion.
     ssao: u32,
+    /// Frames in a full history.
+    history_frames: u32,
     fog: GpuFog,
 }
 
@@ -192,6 +194,7 @@ fn prepare_composite(
             mode: debug.view as u32,
             strength: settings.indirect_strength,
             ssao: ssao.is_some().into(),
+            history_frames: settings.history_frames,
             fog: fog.into(),
         });
         uniform.write_buffer(&device, &queue);
@@ -232,7 +235,7 @@ fn composite(
     let Some(pipeline) = cache.get_render_pipeline(composite.pipeline) else {
         return;
     };
-    if debug.view == GiView::Direct {
+    if debug.view.painter() != Painter::Composite {
         return;
     }
     let diagnostics = ctx.diagnostic_recorder();

@@ -2,7 +2,9 @@
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
-#import bevy_gi::surface::{Surface, diffuse_albedo, load_surface, specular_albedo, view}
+#import bevy_gi::surface::{
+    Surface, diffuse_albedo, load_surface, previous_uv, specular_albedo, view,
+}
 #import bevy_pbr::ssao_utils::ssao_multibounce
 #import bevy_pbr::utils::octahedral_decode
 
@@ -12,6 +14,7 @@ struct Composite {
     mode: u32,
     strength: f32,
     ssao: u32,
+    history_frames: u32,
     fog: Fog,
 }
 
@@ -34,6 +37,10 @@ struct Indirect {
     specular: vec3<f32>,
     // Part of the pixel that some volume lights.
     coverage: f32,
+    // Frames that the light is made of.
+    frames: f32,
+    // How much the gathered pixels around show this pixel's surface: 0..1.
+    similar: f32,
 }
 
 // Joint bilateral upsampling (Kopf et al. 2007): the four gathered pixels around, by how much
@@ -44,8 +51,9 @@ fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
     let base = vec2<i32>(floor(at));
     let f = at - vec2<f32>(base);
     var diffuse = vec4(0.0);
-    var specular = vec3(0.0);
+    var specular = vec4(0.0);
     var total = 0.0;
+    var similar = 0.0;
     for (var i = 0; i < 4; i++) {
         let o = vec2(i & 1, i >> 1u);
         let tap = clamp(base + o, vec2(0), vec2<i32>(composite.size) - 1);
@@ -59,14 +67,17 @@ fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
         // Never quite 0: a pixel that no neighbour resembles takes the most similar.
         let w = (b.x * b.y + 1e-3) * (pow(facing, 8.0) + 1e-3) / (1e-3 + apart * apart * 100.0 + 1e-4 * apart);
         diffuse += w * textureLoad(diffuse_texture, tap, 0);
-        specular += w * textureLoad(specular_texture, tap, 0).rgb;
+        specular += w * textureLoad(specular_texture, tap, 0);
         total += w;
+        similar += b.x * b.y * pow(facing, 8.0) * saturate(1.0 - 20.0 * apart);
     }
     let scale = select(0.0, 1.0 / total, total > 0.0);
     return Indirect(
         diffuse.rgb * scale * RADIANCE_SCALE,
-        specular * scale * RADIANCE_SCALE,
+        specular.rgb * scale * RADIANCE_SCALE,
         diffuse.a * scale,
+        specular.a * scale,
+        similar,
     );
 }
 
@@ -122,6 +133,21 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
         case #{VIEW_ALBEDO}u: { color = diffuse_albedo(surface); }
         case #{VIEW_NORMAL}u: { color = surface.normal * 0.5 + 0.5; }
         case #{VIEW_ROUGHNESS}u: { color = vec3(surface.roughness); }
+        case #{VIEW_OCCLUSION}u: { color = diffuse_occlusion; }
+        case #{VIEW_MOTION}u: {
+            let uv = (vec2<f32>(pixel) + 0.5) / view.viewport.zw;
+            let moved = (uv - previous_uv(pixel)) * view.viewport.zw;
+            color = saturate(vec3(moved, 0.0) / 32.0 + 0.5);
+        }
+        case #{VIEW_HISTORY}u: {
+            color = vec3((light.frames - 1.0) / f32(max(composite.history_frames, 2u) - 1u));
+        }
+        case #{VIEW_GATHER}u: {
+            color = mix(vec3(0.6, 0.03, 0.03), vec3(0.03, 0.3, 0.05), light.similar);
+            if all(pixel % composite.divisor == vec2(composite.divisor / 2u)) {
+                color = vec3(1.0);
+            }
+        }
         case #{VIEW_COVERAGE}u: { color = vec3(light.coverage); }
         default: {}
     }

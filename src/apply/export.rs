@@ -320,8 +320,8 @@ struct GpuExport {
 
 /// The ambient cubes of a volume.
 #[derive(Component)]
-struct ExportCubes {
-    probes: UVec3,
+pub(crate) struct ExportCubes {
+    pub probes: UVec3,
     /// What the technique writes.
     cubes: Tracked<Texture>,
     view: TextureView,
@@ -353,6 +353,11 @@ fn init_export_layout(mut commands: Commands) {
 }
 
 impl ExportCubes {
+    /// Where Bevy's irradiance volumes have them, see [`ambient_cubes`].
+    pub fn view(&self) -> &TextureView {
+        &self.view
+    }
+
     fn new(probes: UVec3, grid: Grid, device: &RenderDevice, statistics: &GiStatistics) -> Self {
         let texture = |name, label, usage| {
             let size = probes * UVec3::new(1, 2, 3);
@@ -375,7 +380,8 @@ impl ExportCubes {
         let cubes = texture(
             "apply/export",
             "gi/apply/export",
-            TextureUsages::STORAGE_BINDING,
+            // Debug views read it.
+            TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
         );
         Self {
             probes,
@@ -421,7 +427,9 @@ fn prepare_exports(
         .map(|camera| camera.active_technique(&settings))
         .filter(|technique| *technique != GiTechnique::Off)
         .max_by_key(|technique| *technique == settings.technique);
+    let mut probes = 0;
     for (entity, volume, export, settling, cubes) in &mut volumes {
+        probes += u64::from(export.probes.element_product());
         let Some(mut cubes) = cubes.filter(|cubes| cubes.probes == export.probes) else {
             let new = ExportCubes::new(export.probes, volume.grid, &device, &statistics);
             commands.entity(entity).insert(new);
@@ -452,6 +460,7 @@ fn prepare_exports(
         );
         cubes.job = Some((technique, group));
     }
+    statistics.count("apply/probes", probes);
 }
 
 /// Fills Bevy's irradiance volumes before anything is drawn forward.

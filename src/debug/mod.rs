@@ -1,102 +1,31 @@
-//! Debug views: parts of the light and of the surfaces, in place of the picture.
+//! Debug views: parts of the light, of the surfaces and of what techniques keep, in place of the
+//! picture or inside of it.
+//!
+//! Views of the screen are drawn by the composite, views of voxels by the technique that has them,
+//! shadow maps by `shadow_maps.rs`. What lies at points of space is drawn inside of the picture:
+//! volumes and their cells as gizmos (`gizmos.rs`), everything else as spheres by one instanced pass
+//! (`shapes.rs`), for which a technique puts its own points into a `DebugShapes`.
+
+mod gizmos;
+mod probes;
+mod shadow_maps;
+pub(crate) mod shapes;
+mod view;
 
 use bevy::{
     app::{App, Plugin},
     ecs::prelude::*,
     reflect::prelude::*,
-    render::extract_resource::{ExtractResource, ExtractResourcePlugin},
-    shader::ShaderDefVal,
+    render::extract_resource::ExtractResource,
 };
 use serde::{Deserialize, Serialize};
 
-/// What GI cameras show.
-#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
-#[repr(u32)]
-pub enum GiView {
-    /// The picture.
-    #[default]
-    Full,
-    /// The picture without indirect light: what is shown with the technique off.
-    Direct,
-    /// Indirect light alone, diffuse and specular.
-    Indirect,
-    /// Its diffuse part.
-    Diffuse,
-    /// Its specular part.
-    Specular,
-    /// Diffuse indirect light before the albedo: `E / pi`.
-    Irradiance,
-    /// Diffuse albedo, unexposed.
-    Albedo,
-    /// Shading normal in the world, `n / 2 + 1/2`, unexposed.
-    Normal,
-    /// Perceptual roughness, unexposed.
-    Roughness,
-    /// Part of each pixel that some volume lights, unexposed.
-    Coverage,
-}
+pub(crate) use view::Painter;
+pub use view::{GiSlice, GiView};
 
-impl GiView {
-    /// Every view, in the order in which keys go through them.
-    pub const ALL: [Self; 10] = [
-        Self::Full,
-        Self::Direct,
-        Self::Indirect,
-        Self::Diffuse,
-        Self::Specular,
-        Self::Irradiance,
-        Self::Albedo,
-        Self::Normal,
-        Self::Roughness,
-        Self::Coverage,
-    ];
-
-    /// Lower-case name, as used by the viewer's `--view`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Full => "full",
-            Self::Direct => "direct",
-            Self::Indirect => "indirect",
-            Self::Diffuse => "diffuse",
-            Self::Specular => "specular",
-            Self::Irradiance => "irradiance",
-            Self::Albedo => "albedo",
-            Self::Normal => "normal",
-            Self::Roughness => "roughness",
-            Self::Coverage => "coverage",
-        }
-    }
-
-    /// The view of that [`name`](Self::name).
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|view| view.name() == name)
-    }
-
-    /// Whether it shows luminances, which are exposed, rather than plain numbers.
-    pub const fn is_luminance(self) -> bool {
-        matches!(
-            self,
-            Self::Full
-                | Self::Direct
-                | Self::Indirect
-                | Self::Diffuse
-                | Self::Specular
-                | Self::Irradiance
-        )
-    }
-
-    /// `VIEW_<NAME>` for each view, for `composite.wgsl`.
-    pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
-        Self::ALL
-            .iter()
-            .map(|view| {
-                let name = format!("VIEW_{}", view.name().to_uppercase());
-                ShaderDefVal::UInt(name, *view as u32)
-            })
-            .collect()
-    }
-}
+use crate::settings::{
+    Clamp, Clamped, FieldRange, GiTechnique, SettingsResource, SettingsResourcePlugin,
+};
 
 /// What to show for debugging. The same for all GI cameras; those whose technique is off show their
 /// picture.
@@ -104,17 +33,79 @@ impl GiView {
     Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, Default, PartialEq,
 )]
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct GiDebugSettings {
     /// What GI cameras show. Default: the picture.
     pub view: GiView,
+    /// Level of the voxel views: 0 are voxels, each further one has cells of twice the size. Range
+    /// 0..=8, default 0; levels that a volume does not have show its coarsest. Radiance and opacity
+    /// start at level 1, with cells of two voxels.
+    pub voxel_level: u32,
+    /// Shows voxels in a cut through the volume rather than as cubes. Default: no cut.
+    pub slice: GiSlice,
+    /// Where the cut is, from one side of the volume to the other. Range 0..=1, default 0.
+    pub slice_at: f32,
+    /// Draws the bounds of each volume, and its coarsest cells, with gizmos. Default `false`.
+    pub show_volumes: bool,
+    /// Draws the probes through which forward and transparent materials are lit, as spheres that show
+    /// the light from all sides. Default `false`. Needs
+    /// [`GiSettings::forward_light`](crate::GiSettings::forward_light).
+    pub show_probes: bool,
+}
+
+impl GiDebugSettings {
+    /// Ranges of the numeric fields.
+    pub fn ranges() -> Vec<FieldRange> {
+        Clamp::ranges::<Self>()
+    }
+}
+
+impl Clamped for GiDebugSettings {
+    fn clamp(&mut self, c: &mut Clamp) {
+        c.int("voxel_level", &mut self.voxel_level, 0, 8);
+        c.float("slice_at", &mut self.slice_at, 0.0, 1.0);
+    }
+}
+
+impl SettingsResource for GiDebugSettings {
+    const TECHNIQUE: Option<GiTechnique> = None;
+
+    fn presets() -> Vec<(&'static str, Self)> {
+        Vec::new()
+    }
 }
 
 pub(crate) struct DebugPlugin;
 
 impl Plugin for DebugPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<GiDebugSettings>()
-            .add_plugins(ExtractResourcePlugin::<GiDebugSettings>::default());
+        app.add_plugins((
+            SettingsResourcePlugin::<GiDebugSettings>::default(),
+            gizmos::VolumeGizmosPlugin,
+            shapes::ShapesPlugin,
+            probes::ProbesPlugin,
+            shadow_maps::ShadowMapsViewPlugin,
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::tests::check_ranges;
+
+    #[test]
+    fn every_number_has_a_range() {
+        check_ranges(&GiDebugSettings::default(), GiDebugSettings::ranges());
+    }
+
+    #[test]
+    fn names_of_views_are_theirs_alone() {
+        for view in GiView::ALL {
+            assert_eq!(GiView::from_name(view.name()), Some(view));
+            assert!(!view.legend().is_empty());
+        }
+        let numbers = GiView::ALL.map(|view| view as u32);
+        assert!(numbers.iter().copied().eq(0..GiView::ALL.len() as u32));
     }
 }

@@ -2,6 +2,8 @@
 
 pub(crate) mod caps;
 pub(crate) mod compute;
+mod diagnostics;
+pub(crate) mod fullscreen;
 pub(crate) mod readback;
 pub(crate) mod statistics;
 
@@ -17,6 +19,6 @@ impl Plugin for GpuPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "pack.wgsl");
         load_shader_library!(app, "random.wgsl");
-        app.add_plugins(statistics::StatisticsPlugin);
+        app.add_plugins((statistics::StatisticsPlugin, diagnostics::DiagnosticsPlugin));
     }
 }

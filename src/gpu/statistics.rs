@@ -1,7 +1,7 @@
 //! What the crate's GPU resources occupy, and what it counts, by name.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, VecDeque},
     ops::Deref,
     sync::{Arc, Mutex, MutexGuard},
 };
@@ -27,7 +27,11 @@ pub struct GiStatistics(Arc<Mutex<Figures>>);
 struct Figures {
     memory: BTreeMap<&'static str, u64>,
     counts: BTreeMap<&'static str, u64>,
+    warnings: VecDeque<String>,
 }
+
+/// Most warnings that are remembered.
+const WARNINGS: usize = 16;
 
 impl GiStatistics {
     fn lock(&self) -> MutexGuard<'_, Figures> {
@@ -42,6 +46,31 @@ impl GiStatistics {
     /// Counts, for example of voxels with a surface. They come from the GPU some frames late.
     pub fn counts(&self) -> BTreeMap<&'static str, u64> {
         self.lock().counts.clone()
+    }
+
+    /// The latest warnings, oldest first: what was clamped, and what does not fit. All of them were
+    /// logged, too.
+    pub fn warnings(&self) -> Vec<String> {
+        self.lock().warnings.iter().cloned().collect()
+    }
+
+    /// Remembers warnings; one that is known already moves to the end.
+    pub(crate) fn warn(&self, new: Vec<String>) {
+        if new.is_empty() {
+            return;
+        }
+        let warnings = &mut self.lock().warnings;
+        for warning in new {
+            warnings.retain(|old| *old != warning);
+            warnings.push_back(warning);
+        }
+        let excess = warnings.len().saturating_sub(WARNINGS);
+        warnings.drain(..excess);
+    }
+
+    /// Forgets all warnings.
+    pub fn clear_warnings(&self) {
+        self.lock().warnings.clear();
     }
 
     /// Sets a count.

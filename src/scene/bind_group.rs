@@ -58,7 +58,8 @@ pub(crate) fn init_scene_layout(mut commands: Commands, device: Res<RenderDevice
     let layout = BindGroupLayoutDescriptor::new(
         "gi/scene",
         &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
+            // Debug views look it up, too.
+            ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
             (
                 uniform_buffer::<GpuVolume>(false),
                 storage_buffer_read_only_sized(false, None),

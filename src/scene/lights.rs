@@ -7,11 +7,12 @@
 use std::f32::consts::PI;
 
 use bevy::{
-    app::{App, Plugin},
+    app::{App, Last, Plugin},
     camera::visibility::InheritedVisibility,
     color::{Color, ColorToComponents},
     ecs::prelude::*,
     light::{DirectionalLight, PointLight, RectLight, SpotLight},
+    log::warn_once,
     math::Vec3,
     reflect::prelude::*,
     render::{
@@ -23,7 +24,10 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{Clamp, Clamped, FieldRange, GiSettings};
+use crate::{
+    gpu::statistics::GiStatistics,
+    settings::{Clamp, Clamped, FieldRange, GiSettings},
+};
 
 /// A light's share in global illumination.
 ///
@@ -65,6 +69,13 @@ impl Default for GiLight {
 impl Clamped for GiLight {
     fn clamp(&mut self, c: &mut Clamp) {
         c.float("intensity", &mut self.intensity, 0.0, 16.0);
+    }
+}
+
+/// Clamps every light's share.
+fn clamp_lights(mut lights: Query<&mut GiLight, Changed<GiLight>>, statistics: Res<GiStatistics>) {
+    for mut light in &mut lights {
+        statistics.warn(Clamp::apply("GiLight", light.bypass_change_detection()));
     }
 }
 
@@ -158,6 +169,7 @@ pub(crate) struct LightsPlugin;
 
 impl Plugin for LightsPlugin {
     fn build(&self, app: &mut App) {
+        app.add_systems(Last, clamp_lights);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
@@ -255,8 +267,7 @@ fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut V
         if !visibility.get() || (gi.is_none() && !auto_lights) {
             continue;
         }
-        let mut share = gi.copied().unwrap_or_default();
-        Clamp::apply("GiLight", &mut share);
+        let share = gi.copied().unwrap_or_default();
         let mut gpu = light.to_gpu(transform);
         gpu.color *= share.intensity;
         let finite = gpu.position.is_finite()
@@ -282,6 +293,7 @@ pub(crate) fn extract_lights(
     point: Extract<LightQuery<PointLight>>,
     spot: Extract<LightQuery<SpotLight>>,
     rect: Extract<LightQuery<RectLight>>,
+    statistics: Res<GiStatistics>,
     mut scene: ResMut<SceneLights>,
 ) {
     let mut lights = Vec::new();
@@ -296,7 +308,16 @@ pub(crate) fn extract_lights(
             .then(power(b).total_cmp(&power(a)))
             .then(a.entity.cmp(&b.entity))
     });
-    super::shadows::assign(&mut lights, settings.max_shadow_maps as usize);
+    let without = super::shadows::assign(&mut lights, settings.max_shadow_maps as usize);
+    if without > 0 {
+        let warning = format!(
+            "{without} lights bounce without shadows: there are no more than \
+             GiSettings.max_shadow_maps = {} maps",
+            settings.max_shadow_maps
+        );
+        warn_once!("{warning}");
+        statistics.warn(vec![warning]);
+    }
     if lights != scene.lights {
         scene.lights = lights;
         scene.version += 1;

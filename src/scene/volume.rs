@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     camera::GiCamera,
+    gpu::statistics::GiStatistics,
     settings::{Clamp, Clamped, FieldRange, GiQuality},
 };
 
@@ -102,10 +103,11 @@ impl GiVolume {
 
 impl Clamped for GiVolume {
     fn clamp(&mut self, c: &mut Clamp) {
-        c.float("extent.x", &mut self.extent.x, 0.01, 1e5);
-        c.float("extent.y", &mut self.extent.y, 0.01, 1e5);
-        c.float("extent.z", &mut self.extent.z, 0.01, 1e5);
-        c.int("resolution", &mut self.resolution, 32, 512);
+        c.float("extent.x", &mut self.extent.x, 0.01, 1e5).unit("m");
+        c.float("extent.y", &mut self.extent.y, 0.01, 1e5).unit("m");
+        c.float("extent.z", &mut self.extent.z, 0.01, 1e5).unit("m");
+        c.int("resolution", &mut self.resolution, 32, 512)
+            .unit("voxels");
         c.float("fade", &mut self.fade, 0.0, 0.5);
     }
 }
@@ -243,6 +245,7 @@ impl Plugin for VolumePlugin {
 pub(crate) fn update_grids(
     mut volumes: Query<(Entity, &mut GiVolume, &GlobalTransform, &mut VolumeGrid)>,
     cameras: Query<(&Camera, &GlobalTransform), With<GiCamera>>,
+    statistics: Res<GiStatistics>,
 ) {
     let camera = cameras
         .iter()
@@ -251,7 +254,9 @@ pub(crate) fn update_grids(
         .map(|(_, transform)| transform.translation());
     for (entity, mut volume, transform, mut grid) in &mut volumes {
         let mut clamped = *volume;
-        if Clamp::apply("GiVolume", &mut clamped) {
+        let changes = Clamp::apply("GiVolume", &mut clamped);
+        if !changes.is_empty() {
+            statistics.warn(changes);
             *volume = clamped;
         }
         let follow = camera.filter(|_| volume.follow_camera).unwrap_or_default();
@@ -313,11 +318,11 @@ mod tests {
         let mut volume = GiVolume::new(Vec3::new(f32::NAN, 0.0, f32::INFINITY));
         volume.resolution = 10_000;
         volume.fade = f32::NAN;
-        assert!(Clamp::apply("GiVolume", &mut volume));
+        assert!(!Clamp::apply("GiVolume", &mut volume).is_empty());
         assert_eq!(volume.resolution, 512);
         assert!(volume.extent.is_finite() && volume.extent.min_element() > 0.0);
         assert!((0.0..=0.5).contains(&volume.fade));
-        assert!(!Clamp::apply("GiVolume", &mut volume));
+        assert!(Clamp::apply("GiVolume", &mut volume).is_empty());
         assert!(Grid::new(&volume, Vec3::NAN, Vec3::ONE).is_none());
         assert!(Grid::new(&volume, Vec3::ZERO, Vec3::ZERO).is_none());
     }

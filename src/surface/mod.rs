@@ -59,7 +59,7 @@ pub(crate) fn init_surface_layout(mut commands: Commands) {
     commands.insert_resource(SurfaceLayout(BindGroupLayoutDescriptor::new(
         "gi/surface",
         &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
+            ShaderStages::COMPUTE | ShaderStages::VERTEX_FRAGMENT,
             (
                 uniform_buffer::<ViewUniform>(true),
                 texture_2d(TextureSampleType::Depth),

@@ -220,6 +220,49 @@ fn each_kind_of_light_bounces_as_much_as_it_should() {
     }
 }
 
+/// A tube thinner than a voxel shines with its own area, not with that of the voxels it touches.
+#[test]
+fn what_fills_a_part_of_a_voxel_shines_as_a_part() {
+    const NITS: f32 = 1000.0;
+    // From the wall, and above the spot: the tube runs along the wall, out of the camera's sight.
+    const OFF: f32 = 0.6;
+    let half = HALF - 0.05;
+    // Not thinner than half a voxel of 5 cm: samples lie that far apart.
+    for side in [0.03, 0.06] {
+        let mut sum = 0.0;
+        // Where it lies in a voxel decides about single figures.
+        let offsets = [0.0, 0.011, 0.023, 0.037];
+        for offset in offsets {
+            let nits = measure(diffuse([0.0; 3]), |world| {
+                let mut stage = crate::common::scenes::stage::Stage(world);
+                let lamp = stage.material(StandardMaterial {
+                    emissive: LinearRgba::rgb(NITS, NITS, NITS),
+                    ..diffuse([0.0; 3])
+                });
+                let at = SPOT + Vec3::new(OFF + offset, OFF + offset, 0.0);
+                let reach = Vec3::new(0.5 * side, 0.5 * side, half);
+                stage.slab(at - reach, at + reach, &lamp);
+            });
+            // A strip of width w at distance r gives `L w / (2 r)` where it is looked at squarely, times
+            // the part of an infinite one, `(t + sin t cos t) / (pi / 2)`, that ends at angle t. Here the
+            // tube is seen over its edge, w = sqrt(2) side, and 45 degrees off the wall's normal.
+            let r = (OFF + offset) * 2f32.sqrt();
+            let t = (half / r).atan();
+            let part = (t + t.sin() * t.cos()) / (0.5 * PI);
+            let truth = NITS * side / (2.0 * r) * part;
+            println!(
+                "{side} m, {offset}: {nits:.2} nits, truth {truth:.2}, {:.3}",
+                nits / truth
+            );
+            sum += nits / truth;
+        }
+        let mean = sum / offsets.len() as f32;
+        // Five cones on a strip of some degrees, and cells of two voxels. Without regard to the area, the
+        // thinner tube would be 1.7 to 3.3 times too bright.
+        assert!((0.7..1.4).contains(&mean), "{side} m: {mean}");
+    }
+}
+
 #[test]
 fn lights_and_meshes_take_part_as_told() {
     let all = measure(white(), |world| {

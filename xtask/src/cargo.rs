@@ -44,7 +44,12 @@ pub fn cargo(arguments: &[&str]) -> Result<()> {
 
 /// An example, built by [`cargo`].
 pub fn example(name: &str) -> PathBuf {
-    target_dir().join("release/examples").join(name)
+    example_of("release", name)
+}
+
+/// An example, built by [`cargo`] with a profile.
+pub fn example_of(profile: &str, name: &str) -> PathBuf {
+    target_dir().join(profile).join("examples").join(name)
 }
 
 /// All tests. GPU tests share one adapter and one process: one thread.

@@ -1,5 +1,6 @@
 //! `cargo xtask`: everything that a fresh machine needs, in one command each.
 
+mod bench;
 mod cargo;
 mod demo;
 mod quality;
@@ -48,6 +49,16 @@ enum Task {
         #[arg(last = true)]
         more: Vec<String>,
     },
+    /// Measures what global illumination costs: techniques x presets x picture sizes x volume sizes, and
+    /// the papers' own sweeps; tables and plots in out/bench. `-- --help` lists the options.
+    Bench {
+        /// Builds the program as one small file that has its scenes in it, and does not run it.
+        #[arg(long)]
+        binary: bool,
+        /// More options, for example: -- --scene cornell --size 1920x1080
+        #[arg(last = true)]
+        more: Vec<String>,
+    },
     /// Makes `assets/scenes/sponza.glb`, the same bytes each time.
     Assets,
 }
@@ -65,6 +76,14 @@ fn main() -> Result<()> {
         Task::Quality { quick, docs, more } => {
             setup::install(false)?;
             quality::run(quick, docs, &more)
+        }
+        Task::Bench { binary, more } => {
+            setup::install(false)?;
+            if binary {
+                bench::binary()
+            } else {
+                bench::run(&more)
+            }
         }
         Task::Assets => {
             let path = cargo::root().join("assets/scenes/sponza.glb");

@@ -15,6 +15,8 @@ pub mod stage;
 pub mod tunnel;
 pub mod two_rooms;
 
+use std::{path::Path, sync::OnceLock};
+
 use bevy::prelude::*;
 
 /// Where a scene is looked at from, and how brightly.
@@ -107,10 +109,21 @@ pub fn names() -> String {
     ALL.map(|scene| scene.name).join(", ")
 }
 
-/// Asset folder of this repository, also when an example is started from elsewhere.
+static ASSET_FOLDER: OnceLock<String> = OnceLock::new();
+
+/// Takes assets from a folder of one's own.
+pub fn set_asset_folder(folder: &Path) {
+    let _ = ASSET_FOLDER.set(folder.to_string_lossy().into_owned());
+}
+
+/// Asset folder of this repository, also when an example is started from elsewhere; or the one that was
+/// set.
 pub fn asset_folder() -> String {
+    if let Some(folder) = ASSET_FOLDER.get() {
+        return folder.clone();
+    }
     let bundled = concat!(env!("CARGO_MANIFEST_DIR"), "/assets");
-    if std::path::Path::new(bundled).is_dir() {
+    if Path::new(bundled).is_dir() {
         bundled.into()
     } else {
         "assets".into()

@@ -124,9 +124,21 @@ pub struct SceneShadows {
     pub version: u64,
 }
 
-/// Gives each light its maps, until `max` are given.
-pub(crate) fn assign(lights: &mut [SceneLight], max: usize) {
-    let mut next = 0;
+impl SceneShadows {
+    /// Number of maps.
+    pub(crate) fn count(&self) -> u32 {
+        self.maps.len() as u32
+    }
+
+    /// Texels along the side of a map.
+    pub(crate) fn size(&self) -> u32 {
+        self.size
+    }
+}
+
+/// Gives each light its maps, until `max` are given. The number of lights that get none.
+pub(crate) fn assign(lights: &mut [SceneLight], max: usize) -> usize {
+    let (mut next, mut without) = (0, 0);
     for light in lights {
         let wanted = light.shadow_maps();
         if wanted > 0 && next + wanted <= max {
@@ -134,8 +146,10 @@ pub(crate) fn assign(lights: &mut [SceneLight], max: usize) {
             next += wanted;
         } else {
             light.gpu.shadow = -1;
+            without += usize::from(wanted > 0);
         }
     }
+    without
 }
 
 pub(crate) struct ShadowsPlugin;
@@ -308,6 +322,7 @@ fn extract_shadow_views(
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn prepare_shadows(
     mut shadows: ResMut<SceneShadows>,
+    settings: Res<GiSettings>,
     views: Res<CaptureViews<ShadowCapture>>,
     mut queue: ResMut<CaptureQueue>,
     statistics: Res<GiStatistics>,
@@ -371,7 +386,8 @@ fn prepare_shadows(
     let version = shadows.casters_version;
     for (i, map) in shadows.maps.iter_mut().enumerate() {
         let current = (map.clip_from_world, version);
-        map.draw_now = map.drawn != Some(current) || views.changed;
+        let frozen = settings.freeze_capture && map.drawn.is_some();
+        map.draw_now = !frozen && (map.drawn != Some(current) || views.changed);
         if map.draw_now {
             map.drawn = ready.then_some(current);
             queue.0.extend(views.get(map.light, map.face));

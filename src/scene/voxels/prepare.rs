@@ -179,6 +179,7 @@ pub(crate) fn extract_voxel_views(
 pub(crate) fn prepare_voxels(
     mut commands: Commands,
     mut volumes: Query<(Entity, &ExtractedVolume, Option<&mut SceneVoxels>)>,
+    settings: Res<GiSettings>,
     content: Res<ExtractedContent>,
     views: Res<CaptureViews<VoxelCapture>>,
     mut queue: ResMut<CaptureQueue>,
@@ -209,16 +210,19 @@ pub(crate) fn prepare_voxels(
             if larger.capacity > voxels.capacity {
                 voxels.replace(larger);
             } else {
-                warn_once!(
+                let warning = format!(
                     "a GiVolume holds more surfaces ({needed} bricks of 4x4x4 voxels) than a buffer \
                      of this adapter ({} bricks): some are left out; lower its resolution",
                     voxels.capacity
                 );
+                warn_once!("{warning}");
+                statistics.warn(vec![warning]);
             }
         }
         voxels.job = None;
         let wanted = (content.0, volume.grid);
-        if voxels.captured == Some(wanted) && !views.changed {
+        let frozen = settings.freeze_capture && voxels.captured.is_some();
+        if frozen || (voxels.captured == Some(wanted) && !views.changed) {
             continue;
         }
         let axes = [0, 1, 2].map(|axis| views.get(volume.main.id(), axis));

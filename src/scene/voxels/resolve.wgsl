@@ -65,11 +65,14 @@ fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     let a = abs(n);
     let layer = vec3(#{LAYER_SAMPLES}.0 * (a.x + a.y + a.z) / max(a.x, max(a.y, a.z)));
     let samples_once = dot(min(positive, layer) + min(negative, layer), vec3(1.0));
+    // A lamp that fills a part of the voxel shines as a whole one that is as much darker: the cells that are
+    // made of it know of no parts.
+    let samples_full = max(samples_once, layer.x * select(1.0, 2.0, two_sided));
     let emission = vec3<f32>(vec3(pool[at + 8u], pool[at + 9u], pool[at + 10u])) / voxelize.emission.w;
     let flags = FLAG_SURFACE | select(0u, FLAG_TWO_SIDED, two_sided);
     pool[at] = pack4x8unorm(vec4(color / total, 1.0));
     pool[at + 1u] = pack_normal(n, flags);
-    pool[at + 2u] = pack_radiance(emission / samples_once);
+    pool[at + 2u] = pack_radiance(emission / samples_full);
     let slice = brick_slice(brick_coords(brick_list[slot], voxelize.volume.dims));
     atomicAdd(&counters[#{COUNTER_SLICE_COUNT}u + slice], 1u);
 }

@@ -35,6 +35,7 @@
 //! show cells. Two surfaces nearer to each other than two voxels can exchange light through each
 //! other's gaps.
 
+mod debug;
 mod node;
 mod prepare;
 mod settings;
@@ -103,7 +104,10 @@ impl Plugin for VoxelConeTracingPlugin {
         embedded_asset!(app, "filter.wgsl");
         embedded_asset!(app, "gather.wgsl");
         embedded_asset!(app, "export.wgsl");
-        app.add_plugins(SettingsResourcePlugin::<VoxelConeTracingSettings>::default());
+        app.add_plugins((
+            SettingsResourcePlugin::<VoxelConeTracingSettings>::default(),
+            debug::VoxelViewPlugin,
+        ));
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };

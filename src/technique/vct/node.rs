@@ -74,7 +74,8 @@ pub(crate) fn cache_layout() -> BindGroupLayoutDescriptor {
     BindGroupLayoutDescriptor::new(
         "gi/vct/cache",
         &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
+            // Debug views look it up, too.
+            ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
             (
                 uniform_buffer::<GpuCones>(false),
                 texture_3d(TextureSampleType::Float { filterable: true }),

@@ -7,7 +7,7 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{Clamp, Clamped, FieldRange, GiQuality};
+use crate::settings::{Clamp, Clamped, FieldRange, GiQuality, GiTechnique, SettingsResource};
 
 /// Directions of the diffuse cones.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -164,11 +164,12 @@ impl VoxelConeTracingSettings {
 impl Clamped for VoxelConeTracingSettings {
     fn clamp(&mut self, c: &mut Clamp) {
         c.int("cones", &mut self.cones, 1, 16);
-        c.float("cone_angle", &mut self.cone_angle, 10.0, 90.0);
+        c.float("cone_angle", &mut self.cone_angle, 10.0, 90.0)
+            .unit("°");
         c.float("step", &mut self.step, 0.25, 1.0);
         c.int("diffuse_steps", &mut self.diffuse_steps, 1, 256);
         c.int("specular_steps", &mut self.specular_steps, 1, 256);
-        c.float("bias", &mut self.bias, 0.0, 8.0);
+        c.float("bias", &mut self.bias, 0.0, 8.0).unit("voxels");
         c.float("clearance", &mut self.clearance, 0.1, 4.0);
         c.float("opacity_cutoff", &mut self.opacity_cutoff, 0.5, 1.0);
         c.float("density", &mut self.density, 1.0, 8.0);
@@ -176,6 +177,18 @@ impl Clamped for VoxelConeTracingSettings {
         c.int("bounces", &mut self.bounces, 0, 16);
         c.int("bounce_interval", &mut self.bounce_interval, 1, 8);
         c.int("bounce_cones", &mut self.bounce_cones, 1, 16);
+    }
+}
+
+impl SettingsResource for VoxelConeTracingSettings {
+    const TECHNIQUE: Option<GiTechnique> = Some(GiTechnique::VoxelConeTracing);
+
+    fn presets() -> Vec<(&'static str, Self)> {
+        let qualities = GiQuality::ALL.map(|quality| (quality.name(), Self::preset(quality)));
+        qualities
+            .into_iter()
+            .chain([("paper", Self::paper())])
+            .collect()
     }
 }
 

@@ -1,14 +1,22 @@
-//! [`GiSettings`]: what holds for every technique, its presets, and the clamping of bad values.
+//! [`GiSettings`]: what holds for every technique, and its presets. Ranges of settings are in
+//! `clamp.rs`, the list of all settings resources in `registry.rs`.
+
+mod clamp;
+mod registry;
 
 use bevy::{
-    app::{App, Last, Plugin},
+    app::{App, Plugin},
     color::LinearRgba,
-    ecs::{prelude::*, schedule::IntoScheduleConfigs},
-    log::warn,
+    ecs::prelude::*,
     reflect::prelude::*,
-    render::{extract_resource::ExtractResource, extract_resource::ExtractResourcePlugin},
+    render::extract_resource::{ExtractResource, ExtractResourcePlugin},
 };
 use serde::{Deserialize, Serialize};
+
+pub use clamp::FieldRange;
+pub(crate) use clamp::{Clamp, Clamped};
+pub use registry::{GiSettingsRegistry, SettingsEntry};
+pub(crate) use registry::{SettingsResource, SettingsResourcePlugin};
 
 /// Which technique computes the indirect light.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -30,6 +38,14 @@ impl GiTechnique {
         match self {
             Self::Off => "off",
             Self::VoxelConeTracing => "vct",
+        }
+    }
+
+    /// The technique's name as a title.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Off => "Off",
+            Self::VoxelConeTracing => "Voxel cone tracing",
         }
     }
 
@@ -160,6 +176,9 @@ pub struct GiSettings {
     /// Most shadow maps at once; lights beyond, in order of power, bounce without shadow. Range
     /// 1..=256, default 48.
     pub max_shadow_maps: u32,
+    /// Keeps voxels and shadow maps as they are, whatever moves: for scenes whose light may lag, and to
+    /// look into a moment. Default `false`. Saves what captures cost.
+    pub freeze_capture: bool,
 }
 
 impl Default for GiSettings {
@@ -177,6 +196,7 @@ impl Default for GiSettings {
             auto_lights: true,
             shadow_map_size: 512,
             max_shadow_maps: 48,
+            freeze_capture: false,
         }
     }
 }
@@ -207,6 +227,22 @@ impl GiSettings {
         }
     }
 
+    /// These settings, but with what is no question of quality as in `other`: the technique, and what
+    /// belongs to a scene.
+    pub fn with_scene_of(self, other: &Self) -> Self {
+        Self {
+            technique: other.technique,
+            indirect_strength: other.indirect_strength,
+            replace_ambient: other.replace_ambient,
+            sky: other.sky,
+            emissive_units: other.emissive_units,
+            forward_light: other.forward_light,
+            auto_lights: other.auto_lights,
+            freeze_capture: other.freeze_capture,
+            ..self
+        }
+    }
+
     /// Ranges of the numeric fields.
     pub fn ranges() -> Vec<FieldRange> {
         Clamp::ranges::<Self>()
@@ -216,9 +252,12 @@ impl GiSettings {
 impl Clamped for GiSettings {
     fn clamp(&mut self, c: &mut Clamp) {
         c.float("indirect_strength", &mut self.indirect_strength, 0.0, 16.0);
-        c.int("history_frames", &mut self.history_frames, 1, 128);
-        c.int("denoise_radius", &mut self.denoise_radius, 0, 3);
-        c.int("shadow_map_size", &mut self.shadow_map_size, 64, 2048);
+        c.int("history_frames", &mut self.history_frames, 1, 128)
+            .unit("frames");
+        c.int("denoise_radius", &mut self.denoise_radius, 0, 3)
+            .unit("px");
+        c.int("shadow_map_size", &mut self.shadow_map_size, 64, 2048)
+            .unit("px");
         c.int("max_shadow_maps", &mut self.max_shadow_maps, 1, 256);
         if let GiSky::Constant(color) = &mut self.sky {
             c.color("sky", color, 1e6);
@@ -226,128 +265,16 @@ impl Clamped for GiSettings {
     }
 }
 
-/// A settings type whose fields have ranges.
-pub(crate) trait Clamped {
-    /// Brings every field into its range, through `clamp`.
-    fn clamp(&mut self, clamp: &mut Clamp);
-}
+impl SettingsResource for GiSettings {
+    const TECHNIQUE: Option<GiTechnique> = None;
 
-/// The range of a numeric field of a settings type.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FieldRange {
-    /// Reflection path of the field below its type.
-    pub field: &'static str,
-    /// Least value.
-    pub min: f64,
-    /// Greatest value.
-    pub max: f64,
-}
-
-/// Brings values into their ranges, and remembers the ranges and what it had to change.
-pub(crate) struct Clamp {
-    owner: &'static str,
-    changed: bool,
-    ranges: Vec<FieldRange>,
-}
-
-impl Clamp {
-    /// Clamps `value`, a `T` called `owner` in warnings. True if anything was out of range.
-    pub fn apply<T: Clamped>(owner: &'static str, value: &mut T) -> bool {
-        let mut clamp = Self {
-            owner,
-            changed: false,
-            ranges: Vec::new(),
-        };
-        value.clamp(&mut clamp);
-        clamp.changed
+    fn presets() -> Vec<(&'static str, Self)> {
+        let qualities = GiQuality::ALL.map(|quality| (quality.name(), Self::preset(quality)));
+        qualities
+            .into_iter()
+            .chain([("paper", Self::paper())])
+            .collect()
     }
-
-    /// The ranges of a type's fields, as [`Clamped::clamp`] has them.
-    pub fn ranges<T: Clamped + Default>() -> Vec<FieldRange> {
-        let mut clamp = Self {
-            owner: "",
-            changed: false,
-            ranges: Vec::new(),
-        };
-        T::default().clamp(&mut clamp);
-        clamp.ranges
-    }
-
-    /// Not-a-number becomes `min`.
-    pub fn float(&mut self, field: &'static str, value: &mut f32, min: f32, max: f32) {
-        self.ranges.push(FieldRange {
-            field,
-            min: min.into(),
-            max: max.into(),
-        });
-        if !(min..=max).contains(value) {
-            let old = std::mem::replace(value, value.max(min).min(max));
-            self.warn(field, old, *value, min, max);
-        }
-    }
-
-    pub fn int(&mut self, field: &'static str, value: &mut u32, min: u32, max: u32) {
-        self.ranges.push(FieldRange {
-            field,
-            min: min.into(),
-            max: max.into(),
-        });
-        if !(min..=max).contains(value) {
-            let old = std::mem::replace(value, (*value).clamp(min, max));
-            self.warn(field, old, *value, min, max);
-        }
-    }
-
-    pub fn color(&mut self, field: &'static str, value: &mut LinearRgba, max: f32) {
-        self.float(field, &mut value.red, 0.0, max);
-        self.float(field, &mut value.green, 0.0, max);
-        self.float(field, &mut value.blue, 0.0, max);
-    }
-
-    fn warn(
-        &mut self,
-        field: &str,
-        old: impl std::fmt::Display,
-        new: impl std::fmt::Display,
-        min: impl std::fmt::Display,
-        max: impl std::fmt::Display,
-    ) {
-        self.changed = true;
-        warn!(
-            "{}.{field} = {old} is outside of {min}..={max}; using {new}",
-            self.owner
-        );
-    }
-}
-
-/// Clamps a settings resource whenever it changes, and sends it to the render world.
-pub(crate) struct SettingsResourcePlugin<T>(std::marker::PhantomData<T>);
-
-impl<T> Default for SettingsResourcePlugin<T> {
-    fn default() -> Self {
-        Self(std::marker::PhantomData)
-    }
-}
-
-impl<T> Plugin for SettingsResourcePlugin<T>
-where
-    T: Clamped + TypePath + FromWorld + Clone,
-    T: ExtractResource<Source = T> + Resource<Mutability = bevy::ecs::component::Mutable>,
-{
-    fn build(&self, app: &mut App) {
-        app.init_resource::<T>()
-            // After whatever the app does in a frame, and before that is sent.
-            .add_systems(Last, clamp_settings::<T>.run_if(resource_changed::<T>))
-            .add_plugins(ExtractResourcePlugin::<T>::default());
-    }
-}
-
-fn clamp_settings<T>(mut settings: ResMut<T>)
-where
-    T: Clamped + TypePath + Resource<Mutability = bevy::ecs::component::Mutable>,
-{
-    // Clamping twice what is already in range would mark it as changed again, for ever.
-    Clamp::apply(T::short_type_path(), settings.bypass_change_detection());
 }
 
 /// Where temporal history is thrown away on request.
@@ -394,7 +321,7 @@ pub(crate) mod tests {
         T: Clamped + Clone + PartialEq + std::fmt::Debug + Serialize + for<'a> Deserialize<'a>,
     {
         let mut clamped = preset.clone();
-        assert!(!Clamp::apply(name, &mut clamped), "{preset:?}");
+        assert!(Clamp::apply(name, &mut clamped).is_empty(), "{preset:?}");
         let text = ron::to_string(preset).unwrap();
         assert_eq!(&ron::from_str::<T>(&text).unwrap(), preset, "{text}");
     }
@@ -441,7 +368,8 @@ pub(crate) mod tests {
             sky: GiSky::Constant(LinearRgba::rgb(f32::INFINITY, -1.0, f32::NAN)),
             ..Default::default()
         };
-        assert!(Clamp::apply("GiSettings", &mut settings));
+        // Two numbers, the map size, and three channels.
+        assert_eq!(Clamp::apply("GiSettings", &mut settings).len(), 6);
         assert_eq!(settings.indirect_strength, 0.0);
         assert_eq!(settings.history_frames, 1);
         assert_eq!(settings.shadow_map_size, 2048);
@@ -449,7 +377,7 @@ pub(crate) mod tests {
             settings.sky,
             GiSky::Constant(LinearRgba::rgb(1e6, 0.0, 0.0))
         );
-        assert!(!Clamp::apply("GiSettings", &mut settings));
+        assert!(Clamp::apply("GiSettings", &mut settings).is_empty());
     }
 
     #[test]

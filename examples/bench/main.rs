@@ -1,0 +1,113 @@
+//! What global illumination costs: `cargo xtask bench`, or this program alone, with its scenes in it, on
+//! a machine that has a GPU and nothing else.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod measure;
+mod output;
+mod papers;
+
+use std::{path::PathBuf, process::ExitCode};
+
+use bevy::{math::UVec2, render::renderer::RenderAdapterInfo};
+use bevy_gi::GiTechnique;
+use clap::Parser;
+use common::{
+    adapter,
+    options::{self, Technique, size, technique},
+    scenes::{self, Scene},
+};
+
+/// Measures techniques x presets x picture sizes x volume sizes, and the papers' own sweeps.
+#[derive(Parser)]
+#[command(name = "bench", allow_negative_numbers = true)]
+struct Options {
+    /// Everything, also on a software driver.
+    #[arg(long, conflicts_with = "quick")]
+    all: bool,
+    /// Small pictures and volumes, fewer presets; what a software driver gets unless told otherwise.
+    #[arg(long)]
+    quick: bool,
+    /// Only these scenes. Repeatable; default: cornell, sponza.
+    #[arg(long = "scene", value_name = "NAME", value_parser = scene)]
+    scenes: Vec<Scene>,
+    /// Only these techniques. Repeatable; default: all.
+    #[arg(long = "technique", value_name = "NAME", value_parser = gi)]
+    techniques: Vec<GiTechnique>,
+    /// Only these presets: low, medium, high, ultra, paper. Repeatable.
+    #[arg(long = "preset", value_name = "NAME")]
+    presets: Vec<String>,
+    /// Only these sizes of the picture. Repeatable.
+    #[arg(long = "size", value_name = "WIDTHxHEIGHT", value_parser = size)]
+    sizes: Vec<UVec2>,
+    /// Only these numbers of voxels along a volume. Repeatable.
+    #[arg(long = "voxels", value_name = "N", value_parser = clap::value_parser!(u32).range(32..=512))]
+    voxels: Vec<u32>,
+    /// Frames for each figure.
+    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(4..))]
+    frames: u32,
+    /// Folder of tables and plots.
+    #[arg(long, default_value = "out/bench")]
+    out: PathBuf,
+    /// Lists techniques, scenes and settings.
+    #[arg(long)]
+    list: bool,
+}
+
+fn scene(name: &str) -> Result<Scene, String> {
+    scenes::find(name).ok_or_else(|| format!("no such scene; there are: {}", scenes::names()))
+}
+
+fn gi(name: &str) -> Result<GiTechnique, String> {
+    match technique(name)? {
+        Technique::Gi(technique) if technique != GiTechnique::Off => Ok(technique),
+        _ => Err("a technique that computes indirect light in real time is wanted".into()),
+    }
+}
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    if options.list {
+        options::list();
+        return ExitCode::SUCCESS;
+    }
+    match adapter::find().and_then(|adapter| run(&options, &adapter)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("bench: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Scenes, for machines that do not have the repository.
+const ASSETS: [(&str, &[u8]); 2] = [
+    (
+        "scenes/sponza.glb",
+        include_bytes!("../../assets/scenes/sponza.glb"),
+    ),
+    (
+        "shaders/overlay.wgsl",
+        include_bytes!("../../assets/shaders/overlay.wgsl"),
+    ),
+];
+
+fn run(options: &Options, adapter: &RenderAdapterInfo) -> Result<(), String> {
+    let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", options.out.display());
+    let assets = options.out.join("assets");
+    for (name, bytes) in ASSETS {
+        let path = assets.join(name);
+        let folder = path.parent().expect("assets lie in a folder");
+        std::fs::create_dir_all(folder).map_err(|e| fail(&e))?;
+        std::fs::write(path, bytes).map_err(|e| fail(&e))?;
+    }
+    scenes::set_asset_folder(&assets.canonicalize().map_err(|e| fail(&e))?);
+    let results = measure::all(options, adapter);
+    let _ = std::fs::remove_dir_all(&assets);
+    let results = results?;
+    output::write(&results, &options.out)?;
+    println!("{}", output::text(&results));
+    println!("{}", options.out.display());
+    Ok(())
+}

@@ -1,0 +1,177 @@
+//! The probes of the export, as spheres.
+
+use bevy::{
+    app::{App, Plugin},
+    asset::{AssetServer, embedded_asset, load_embedded_asset},
+    ecs::{prelude::*, schedule::IntoScheduleConfigs},
+    math::{UVec3, Vec3},
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue},
+    },
+};
+
+use super::{
+    GiDebugSettings,
+    shapes::{DebugShapes, GpuShape},
+};
+use crate::{
+    apply::export::{self, ExportCubes},
+    gpu::compute::{ComputePass, Recorder, groups},
+    scene::volume::ExtractedVolume,
+    schedule::GiSystems,
+};
+
+const NAME: &str = "gi/debug/probes";
+
+/// Uniform of `probes.wgsl`.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+struct GpuProbes {
+    origin: Vec3,
+    radius: f32,
+    spacing: Vec3,
+    pad: f32,
+    probes: UVec3,
+}
+
+#[derive(Resource)]
+struct ProbesPass {
+    pass: ComputePass,
+    layout: BindGroupLayoutDescriptor,
+}
+
+/// Group 0 of the pass, on a volume's entity.
+#[derive(Component)]
+struct ProbesJob {
+    group: BindGroup,
+    probes: UVec3,
+}
+
+pub(super) struct ProbesPlugin;
+
+impl Plugin for ProbesPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "probes.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(RenderStartup, init_pass)
+            .add_systems(
+                Render,
+                prepare_probes.in_set(RenderSystems::PrepareBindGroups),
+            )
+            .add_systems(
+                RenderGraph,
+                fill_shapes
+                    .in_set(GiSystems::FillDebug)
+                    .run_if(any_with_component::<ProbesJob>),
+            );
+    }
+}
+
+fn init_pass(mut commands: Commands, server: Res<AssetServer>, cache: Res<PipelineCache>) {
+    let layout = BindGroupLayoutDescriptor::new(
+        NAME,
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                uniform_buffer::<GpuProbes>(false),
+                texture_3d(TextureSampleType::Float { filterable: false }),
+                storage_buffer_sized(false, None),
+            ),
+        ),
+    );
+    commands.insert_resource(ProbesPass {
+        pass: ComputePass::new(
+            &cache,
+            NAME,
+            &[&layout],
+            load_embedded_asset!(server.as_ref(), "probes.wgsl"),
+            "show_probes",
+            export::shader_defs(),
+        ),
+        layout,
+    });
+}
+
+type VolumeData<'a> = (
+    Entity,
+    &'a ExtractedVolume,
+    Option<&'a ExportCubes>,
+    Option<&'a DebugShapes>,
+);
+
+fn prepare_probes(
+    mut commands: Commands,
+    volumes: Query<VolumeData>,
+    debug: Res<GiDebugSettings>,
+    pass: Option<Res<ProbesPass>>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    let Some(pass) = pass else { return };
+    for (entity, volume, cubes, shapes) in &volumes {
+        let Some(cubes) = cubes.filter(|_| debug.show_probes) else {
+            if shapes.is_some() {
+                commands.entity(entity).remove::<(ProbesJob, DebugShapes)>();
+            }
+            continue;
+        };
+        let spacing = volume.grid.size() / cubes.probes.as_vec3();
+        let mut uniform = UniformBuffer::from(GpuProbes {
+            origin: volume.grid.origin,
+            // Small enough to see what is between them.
+            radius: 0.12 * spacing.min_element(),
+            spacing,
+            pad: 0.0,
+            probes: cubes.probes,
+        });
+        uniform.write_buffer(&device, &queue);
+        let count = cubes.probes.element_product();
+        let buffer = match shapes.filter(|shapes| shapes.count == count) {
+            Some(shapes) => shapes.shapes.clone(),
+            None => device.create_buffer(&BufferDescriptor {
+                label: Some(NAME),
+                size: u64::from(count) * u64::from(GpuShape::min_size()),
+                usage: BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
+        };
+        let group = device.create_bind_group(
+            NAME,
+            &cache.get_bind_group_layout(&pass.layout),
+            &BindGroupEntries::sequential((&uniform, cubes.view(), buffer.as_entire_binding())),
+        );
+        commands.entity(entity).insert((
+            ProbesJob {
+                group,
+                probes: cubes.probes,
+            },
+            DebugShapes {
+                shapes: buffer,
+                count,
+            },
+        ));
+    }
+}
+
+fn fill_shapes(
+    jobs: Query<&ProbesJob>,
+    pass: Res<ProbesPass>,
+    cache: Res<PipelineCache>,
+    mut ctx: RenderContext,
+) {
+    let diagnostics = ctx.diagnostic_recorder();
+    let mut recorder = Recorder {
+        encoder: ctx.command_encoder(),
+        cache: &cache,
+        diagnostics: diagnostics.as_deref(),
+    };
+    let runs = jobs
+        .iter()
+        .map(|job| (groups(job.probes, UVec3::splat(4)), [&job.group]));
+    recorder.run_all(&pass.pass, None, runs);
+}

@@ -1,0 +1,185 @@
+//! Spheres at points of space, with light from six sides: one instanced pass for whatever has such
+//! points.
+
+use bevy::{
+    app::{App, Plugin},
+    asset::{AssetServer, Handle, embedded_asset, load_embedded_asset},
+    core_pipeline::{core_3d::CORE_3D_DEPTH_FORMAT, schedule::Core3d},
+    ecs::{prelude::*, schedule::IntoScheduleConfigs},
+    math::{Vec3, Vec4},
+    render::{
+        RenderApp, RenderStartup,
+        camera::ExtractedCamera,
+        diagnostic::RecordDiagnostics,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderContext, RenderDevice, ViewQuery},
+        view::{ExtractedView, ViewDepthTexture, ViewTarget, ViewUniformOffset},
+    },
+    shader::{Shader, load_shader_library},
+};
+
+use crate::{
+    schedule::GiSystems,
+    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+};
+
+const NAME: &str = "gi/debug/shapes";
+
+/// A sphere. `types.wgsl` is its twin.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub(crate) struct GpuShape {
+    /// Metres.
+    pub center: Vec3,
+    pub radius: f32,
+    /// Nits, seen from +x, -x, +y, -y, +z, -z.
+    pub sides: [Vec4; 6],
+}
+
+/// Spheres that all GI cameras show. The hook for techniques: whatever is to be seen at points of space
+/// goes into such a component of some entity of the render world, filled by a compute pass of its own.
+#[derive(Component)]
+pub(crate) struct DebugShapes {
+    /// `array<GpuShape>`.
+    pub shapes: Buffer,
+    pub count: u32,
+}
+
+#[derive(Resource)]
+struct ShapesPipeline {
+    surface: BindGroupLayoutDescriptor,
+    layout: BindGroupLayoutDescriptor,
+    shader: Handle<Shader>,
+    pipelines: SpecializedRenderPipelines<ShapesSpecializer>,
+}
+
+#[derive(Clone)]
+struct ShapesSpecializer {
+    layout: Vec<BindGroupLayoutDescriptor>,
+    shader: Handle<Shader>,
+}
+
+impl SpecializedRenderPipeline for ShapesSpecializer {
+    type Key = TextureFormat;
+
+    fn specialize(&self, format: Self::Key) -> RenderPipelineDescriptor {
+        RenderPipelineDescriptor {
+            label: Some(NAME.into()),
+            layout: self.layout.clone(),
+            vertex: VertexState {
+                shader: self.shader.clone(),
+                entry_point: Some("vertex".into()),
+                ..Default::default()
+            },
+            fragment: Some(FragmentState {
+                shader: self.shader.clone(),
+                entry_point: Some("fragment".into()),
+                targets: vec![Some(format.into())],
+                ..Default::default()
+            }),
+            depth_stencil: Some(DepthStencilState {
+                format: CORE_3D_DEPTH_FORMAT,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(CompareFunction::GreaterEqual),
+                stencil: StencilState::default(),
+                bias: DepthBiasState::default(),
+            }),
+            ..Default::default()
+        }
+    }
+}
+
+pub(super) struct ShapesPlugin;
+
+impl Plugin for ShapesPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "types.wgsl");
+        embedded_asset!(app, "shapes.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(RenderStartup, init_pipeline.after(init_surface_layout))
+            .add_systems(
+                Core3d,
+                draw_shapes
+                    .in_set(GiSystems::ShowDebug)
+                    .run_if(any_with_component::<DebugShapes>),
+            );
+    }
+}
+
+fn init_pipeline(mut commands: Commands, server: Res<AssetServer>, surface: Res<SurfaceLayout>) {
+    commands.insert_resource(ShapesPipeline {
+        surface: surface.0.clone(),
+        layout: BindGroupLayoutDescriptor::new(
+            NAME,
+            &BindGroupLayoutEntries::single(
+                ShaderStages::VERTEX_FRAGMENT,
+                storage_buffer_read_only_sized(false, None),
+            ),
+        ),
+        shader: load_embedded_asset!(server.as_ref(), "shapes.wgsl"),
+        pipelines: Default::default(),
+    });
+}
+
+type View<'a> = (
+    &'a ExtractedView,
+    &'a ViewTarget,
+    &'a ViewDepthTexture,
+    &'a ExtractedCamera,
+    &'a ViewSurface,
+    &'a ViewUniformOffset,
+);
+
+fn draw_shapes(
+    view: ViewQuery<View>,
+    all: Query<&DebugShapes>,
+    pipeline: Option<ResMut<ShapesPipeline>>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    mut ctx: RenderContext,
+) {
+    let (extracted, target, depth, camera, surface, offset) = view.into_inner();
+    let Some(mut pipeline) = pipeline else { return };
+    let specializer = ShapesSpecializer {
+        layout: vec![pipeline.surface.clone(), pipeline.layout.clone()],
+        shader: pipeline.shader.clone(),
+    };
+    let id = pipeline
+        .pipelines
+        .specialize(&cache, &specializer, extracted.target_format);
+    let Some(render_pipeline) = cache.get_render_pipeline(id) else {
+        return;
+    };
+    let groups: Vec<_> = all
+        .iter()
+        .map(|shapes| {
+            let group = device.create_bind_group(
+                NAME,
+                &cache.get_bind_group_layout(&pipeline.layout),
+                &BindGroupEntries::single(shapes.shapes.as_entire_binding()),
+            );
+            (group, shapes.count)
+        })
+        .collect();
+    let diagnostics = ctx.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
+        label: Some(NAME),
+        color_attachments: &[Some(target.get_color_attachment())],
+        depth_stencil_attachment: Some(depth.get_attachment(StoreOp::Store)),
+        ..Default::default()
+    });
+    let span = diagnostics.pass_span(&mut pass, NAME);
+    if let Some(viewport) = &camera.viewport {
+        pass.set_camera_viewport(viewport);
+    }
+    pass.set_render_pipeline(render_pipeline);
+    pass.set_bind_group(0, &surface.bind_group, &[offset.offset]);
+    for (group, count) in &groups {
+        pass.set_bind_group(1, group, &[]);
+        pass.draw(0..6, 0..*count);
+    }
+    span.end(&mut pass);
+}

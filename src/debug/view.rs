@@ -1,0 +1,212 @@
+//! [`GiView`]: what a debug view shows.
+
+use bevy::{reflect::prelude::*, shader::ShaderDefVal};
+use serde::{Deserialize, Serialize};
+
+/// What GI cameras show.
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+#[repr(u32)]
+pub enum GiView {
+    /// The picture.
+    #[default]
+    Full,
+    /// The picture without indirect light: what is shown with the technique off.
+    Direct,
+    /// Indirect light alone, diffuse and specular.
+    Indirect,
+    /// Its diffuse part.
+    Diffuse,
+    /// Its specular part.
+    Specular,
+    /// Diffuse indirect light before the albedo: `E / pi`.
+    Irradiance,
+    /// Diffuse albedo, unexposed.
+    Albedo,
+    /// Shading normal in the world, `n / 2 + 1/2`, unexposed.
+    Normal,
+    /// Perceptual roughness, unexposed.
+    Roughness,
+    /// What is left of diffuse indirect light after the material's occlusion and Bevy's SSAO, unexposed.
+    Occlusion,
+    /// Motion since the last frame, unexposed.
+    Motion,
+    /// Past frames that each pixel's indirect light is made of, unexposed.
+    History,
+    /// Which pixels are gathered, and how well those around them stand for the others, unexposed.
+    Gather,
+    /// Part of each pixel that some volume lights, unexposed.
+    Coverage,
+    /// Albedo of voxels, unexposed.
+    VoxelAlbedo,
+    /// Normal of voxels, `n / 2 + 1/2`, unexposed.
+    VoxelNormal,
+    /// What voxels emit.
+    VoxelEmission,
+    /// Light that leaves cells of voxels towards the viewer.
+    VoxelRadiance,
+    /// Opacity of cells of voxels along the view, unexposed.
+    VoxelOpacity,
+    /// Depth as each light sees the scene, side by side, unexposed.
+    ShadowMaps,
+}
+
+/// Who draws a view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Painter {
+    /// Nobody: it is Bevy's picture.
+    Bevy,
+    /// The composite, in place of adding light.
+    Composite,
+    /// The technique's ray marcher of voxels.
+    Voxels,
+    /// The shadow maps' own pass.
+    ShadowMaps,
+}
+
+impl GiView {
+    /// Every view, in the order in which keys go through them.
+    pub const ALL: [Self; 20] = [
+        Self::Full,
+        Self::Direct,
+        Self::Indirect,
+        Self::Diffuse,
+        Self::Specular,
+        Self::Irradiance,
+        Self::Albedo,
+        Self::Normal,
+        Self::Roughness,
+        Self::Occlusion,
+        Self::Motion,
+        Self::History,
+        Self::Gather,
+        Self::Coverage,
+        Self::VoxelAlbedo,
+        Self::VoxelNormal,
+        Self::VoxelEmission,
+        Self::VoxelRadiance,
+        Self::VoxelOpacity,
+        Self::ShadowMaps,
+    ];
+
+    /// Lower-case name, as used by the viewer's `--view`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Direct => "direct",
+            Self::Indirect => "indirect",
+            Self::Diffuse => "diffuse",
+            Self::Specular => "specular",
+            Self::Irradiance => "irradiance",
+            Self::Albedo => "albedo",
+            Self::Normal => "normal",
+            Self::Roughness => "roughness",
+            Self::Occlusion => "occlusion",
+            Self::Motion => "motion",
+            Self::History => "history",
+            Self::Gather => "gather",
+            Self::Coverage => "coverage",
+            Self::VoxelAlbedo => "voxel-albedo",
+            Self::VoxelNormal => "voxel-normal",
+            Self::VoxelEmission => "voxel-emission",
+            Self::VoxelRadiance => "voxel-radiance",
+            Self::VoxelOpacity => "voxel-opacity",
+            Self::ShadowMaps => "shadow-maps",
+        }
+    }
+
+    /// What the colours mean, with their range.
+    pub const fn legend(self) -> &'static str {
+        match self {
+            Self::Full => "the picture, exposed",
+            Self::Direct => "the picture without indirect light, exposed",
+            Self::Indirect => "indirect light, diffuse and specular, exposed",
+            Self::Diffuse => "diffuse indirect light, exposed",
+            Self::Specular => "specular indirect light, exposed",
+            Self::Irradiance => "indirect irradiance over pi, before the albedo, exposed",
+            Self::Albedo => "diffuse albedo, 0 to 1",
+            Self::Normal => "shading normal in the world: grey is 0, red +x, green +y, blue +z",
+            Self::Roughness => "perceptual roughness: black 0, white 1",
+            Self::Occlusion => {
+                "ambient occlusion of material and SSAO: black 0 (none left), white 1 (all left)"
+            }
+            Self::Motion => {
+                "motion since the last frame: grey 0, red +16 px to the right, green +16 px down, black -16 px"
+            }
+            Self::History => "frames in the history: black 1, white as many as the settings allow",
+            Self::Gather => {
+                "white: gathered pixels; others: green if the gathered ones around show their surface, red if not"
+            }
+            Self::Coverage => "part of the pixel that volumes light: black 0, white 1",
+            Self::VoxelAlbedo => "albedo of voxels, 0 to 1",
+            Self::VoxelNormal => "normal of voxels: grey is 0, red +x, green +y, blue +z",
+            Self::VoxelEmission => "emission of voxels, exposed",
+            Self::VoxelRadiance => "light that cells of voxels send to the viewer, exposed",
+            Self::VoxelOpacity => "opacity of cells along the view: black 0, white 1",
+            Self::ShadowMaps => {
+                "depth seen from each light, a tile a map: white near, black far or nothing"
+            }
+        }
+    }
+
+    /// The view of that [`name`](Self::name).
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|view| view.name() == name)
+    }
+
+    /// Whether it shows luminances, which are exposed, rather than plain numbers.
+    pub const fn is_luminance(self) -> bool {
+        matches!(
+            self,
+            Self::Full
+                | Self::Direct
+                | Self::Indirect
+                | Self::Diffuse
+                | Self::Specular
+                | Self::Irradiance
+                | Self::VoxelEmission
+                | Self::VoxelRadiance
+        )
+    }
+
+    /// Who draws it.
+    pub(crate) const fn painter(self) -> Painter {
+        match self {
+            Self::Direct => Painter::Bevy,
+            Self::VoxelAlbedo
+            | Self::VoxelNormal
+            | Self::VoxelEmission
+            | Self::VoxelRadiance
+            | Self::VoxelOpacity => Painter::Voxels,
+            Self::ShadowMaps => Painter::ShadowMaps,
+            _ => Painter::Composite,
+        }
+    }
+
+    /// `VIEW_<NAME>` for each view, for shaders.
+    pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
+        Self::ALL
+            .iter()
+            .map(|view| {
+                let name = view.name().to_uppercase().replace('-', "_");
+                ShaderDefVal::UInt(format!("VIEW_{name}"), *view as u32)
+            })
+            .collect()
+    }
+}
+
+/// A cut through voxels, at right angles to an axis of the world.
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+#[repr(u32)]
+pub enum GiSlice {
+    /// No cut: voxels are shown as cubes.
+    #[default]
+    None,
+    /// The plane of y and z.
+    X,
+    /// The plane of x and z.
+    Y,
+    /// The plane of x and y.
+    Z,
+}

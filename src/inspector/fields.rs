@@ -1,0 +1,265 @@
+//! The fields of a value, by reflection: name, editor, mark of what is changed, reset.
+
+use std::any::Any;
+
+use bevy::{
+    ecs::prelude::*,
+    math::Vec3,
+    reflect::{PartialReflect, Reflect, ReflectMut, ReflectRef, TypeInfo},
+};
+use bevy_egui::egui;
+use bevy_inspector_egui::{
+    inspector_options::std_options::{NumberDisplay, NumberOptions},
+    reflect_inspector::{Context, InspectorUi},
+};
+
+use crate::FieldRange;
+
+/// A field in which one types what is looked for.
+pub(super) fn search(text: &mut String, ui: &mut egui::Ui) {
+    ui.horizontal(|ui| {
+        let width = ui.available_width() - 30.0;
+        ui.add(
+            egui::TextEdit::singleline(text)
+                .hint_text("Search: a name, or a word of the documentation")
+                .desired_width(width),
+        );
+        if ui.button("✖").on_hover_text("Show all").clicked() {
+            text.clear();
+        }
+    });
+}
+
+/// A value with named fields.
+pub(super) struct Group<'a> {
+    pub title: &'a str,
+    /// What fields are reset to.
+    pub default: &'a dyn Reflect,
+    pub ranges: &'a [FieldRange],
+    /// Only fields whose name or documentation contains this are shown.
+    pub search: &'a str,
+    /// Whether it is unfolded at first.
+    pub open: bool,
+}
+
+impl Group<'_> {
+    /// Shows it. True if anything was changed.
+    pub fn show(&self, world: &World, value: &mut dyn Reflect, ui: &mut egui::Ui) -> bool {
+        let types = world.resource::<AppTypeRegistry>().read();
+        let (docs, info) = match value.get_represented_type_info() {
+            Some(TypeInfo::Struct(info)) => (info.docs(), info),
+            _ => return false,
+        };
+        let ReflectRef::Struct(defaults) = self.default.reflect_ref() else {
+            return false;
+        };
+        let is_changed = |name: &str, field: &dyn PartialReflect| {
+            let default = defaults.field(name);
+            default.is_some_and(|d| d.reflect_partial_eq(field) == Some(false))
+        };
+        let ReflectMut::Struct(fields) = value.reflect_mut() else {
+            return false;
+        };
+        let search = self.search.to_lowercase();
+        let found = |name: &str, docs: &str| {
+            let text = format!("{} {name} {}", self.title, docs).to_lowercase();
+            search.split_whitespace().all(|word| text.contains(word))
+        };
+        let shown: Vec<_> = (0..fields.field_len())
+            .filter_map(|i| {
+                let info = info.field_at(i)?;
+                found(info.name(), info.docs().unwrap_or("")).then_some(info)
+            })
+            .collect();
+        if shown.is_empty() {
+            return false;
+        }
+        let mut changed = false;
+        let all_changed = info
+            .iter()
+            .filter(|f| {
+                fields
+                    .field(f.name())
+                    .is_some_and(|v| is_changed(f.name(), v))
+            })
+            .count();
+        let title = match all_changed {
+            0 => self.title.to_owned(),
+            n => format!("{} • {n} changed", self.title),
+        };
+        let header = egui::CollapsingHeader::new(title)
+            .id_salt(self.title)
+            .default_open(self.open)
+            .open((!search.is_empty()).then_some(true));
+        let response = header.show(ui, |ui| {
+            if all_changed > 0 && ui.small_button("↺ reset all").clicked() {
+                for field in info.iter() {
+                    changed |= reset(defaults.field(field.name()), fields.field_mut(field.name()));
+                }
+            }
+            egui::Grid::new(self.title)
+                .num_columns(3)
+                .striped(true)
+                .show(ui, |ui| {
+                    for field in &shown {
+                        let name = field.name();
+                        let Some(value) = fields.field_mut(name) else {
+                            continue;
+                        };
+                        let differs = is_changed(name, value);
+                        let unit = self.range(name).map_or("", |range| range.unit);
+                        label(name, unit, differs, field.docs(), ui);
+                        changed |= self.editor(&types, name, value, field.docs(), ui);
+                        let button = egui::Button::new("↺").small();
+                        let button = ui.add_enabled(differs, button);
+                        let default = defaults.field(name);
+                        let button = button.on_hover_text(match default {
+                            Some(default) => format!("Back to the default: {default:?}"),
+                            None => String::new(),
+                        });
+                        if button.clicked() {
+                            changed |= reset(default, fields.field_mut(name));
+                        }
+                        ui.end_row();
+                    }
+                });
+        });
+        if let Some(docs) = docs {
+            response.header_response.on_hover_text(plain(docs));
+        }
+        changed
+    }
+
+    /// The range of a field; of a vector, that of its x.
+    fn range(&self, name: &str) -> Option<&FieldRange> {
+        let of = |field: &str| self.ranges.iter().find(|range| range.field == field);
+        of(name).or_else(|| of(&format!("{name}.x")))
+    }
+
+    fn editor(
+        &self,
+        types: &bevy::reflect::TypeRegistry,
+        name: &str,
+        value: &mut dyn PartialReflect,
+        docs: Option<&str>,
+        ui: &mut egui::Ui,
+    ) -> bool {
+        let options = self.range(name).and_then(|range| options(value, range));
+        let mut context = Context::default();
+        let mut inspector = InspectorUi::new_no_short_circuit(types, &mut context);
+        let id = egui::Id::new((self.title, name));
+        ui.scope(|ui| {
+            ui.spacing_mut().slider_width = 130.0;
+            let inner = ui.vertical(|ui| match &options {
+                Some(options) => {
+                    inspector.ui_for_reflect_with_options(value, ui, id, options.as_ref())
+                }
+                None => inspector.ui_for_reflect_with_options(value, ui, id, &()),
+            });
+            if let Some(docs) = docs {
+                inner.response.on_hover_text(plain(docs));
+            }
+            inner.inner
+        })
+        .inner
+    }
+}
+
+fn reset(default: Option<&dyn PartialReflect>, value: Option<&mut dyn PartialReflect>) -> bool {
+    match (default, value) {
+        (Some(default), Some(value)) => {
+            value.apply(default);
+            true
+        }
+        _ => false,
+    }
+}
+
+/// A field's name as words, with its unit; strong and marked if it is not the default.
+fn label(name: &str, unit: &str, differs: bool, docs: Option<&str>, ui: &mut egui::Ui) {
+    let mut words = name.replace('_', " ");
+    if !unit.is_empty() {
+        words += &format!(", {unit}");
+    }
+    let text = match differs {
+        true => egui::RichText::new(format!("• {words}")).strong(),
+        false => egui::RichText::new(words),
+    };
+    let label = ui.label(text);
+    if let Some(docs) = docs {
+        label.on_hover_text(plain(docs));
+    }
+}
+
+/// Documentation without the marks of rustdoc.
+fn plain(docs: &str) -> String {
+    let mut text = String::with_capacity(docs.len());
+    for line in docs.lines().map(str::trim) {
+        if line.is_empty() {
+            text.push_str("\n\n");
+        } else {
+            if !text.is_empty() && !text.ends_with('\n') {
+                text.push(' ');
+            }
+            text.push_str(line);
+        }
+    }
+    text.replace(['`', '[', ']'], "")
+}
+
+/// A field's range, as the editor for its type takes it.
+fn options(value: &dyn PartialReflect, range: &FieldRange) -> Option<Box<dyn Any>> {
+    fn slider<T>(mut options: NumberOptions<T>) -> Option<Box<dyn Any>>
+    where
+        T: 'static,
+    {
+        options.display = NumberDisplay::Slider;
+        Some(Box::new(options))
+    }
+    let (min, max) = (range.min, range.max);
+    if value.try_downcast_ref::<f32>().is_some() {
+        slider(NumberOptions::between(min as f32, max as f32))
+    } else if value.try_downcast_ref::<u32>().is_some() {
+        slider(NumberOptions::between(min as u32, max as u32))
+    } else if value.try_downcast_ref::<Vec3>().is_some() {
+        let ends = [min, max].map(|end| Vec3::splat(end as f32));
+        Some(Box::new(NumberOptions::between(ends[0], ends[1])))
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn documentation_is_shown_as_text() {
+        let docs = " What holds for `every` [technique](x).\n Two lines.\n\n A paragraph.";
+        let text = plain(docs);
+        assert_eq!(
+            text,
+            "What holds for every technique(x). Two lines.\n\nA paragraph."
+        );
+    }
+
+    #[test]
+    fn editors_know_their_range() {
+        let range = FieldRange {
+            field: "angle",
+            min: 10.0,
+            max: 90.0,
+            unit: "°",
+        };
+        let float = options(&45.0f32, &range).unwrap();
+        let float = float.downcast_ref::<NumberOptions<f32>>().unwrap();
+        assert_eq!((float.min, float.max), (Some(10.0), Some(90.0)));
+        let int = options(&45u32, &range).unwrap();
+        let int = int.downcast_ref::<NumberOptions<u32>>().unwrap();
+        assert_eq!((int.min, int.max), (Some(10), Some(90)));
+        let vector = options(&Vec3::ONE, &range).unwrap();
+        let vector = vector.downcast_ref::<NumberOptions<Vec3>>().unwrap();
+        assert_eq!(vector.max, Some(Vec3::splat(90.0)));
+        assert!(options(&true, &range).is_none());
+    }
+}

@@ -1,0 +1,119 @@
+//! Settings to and from files and the clipboard, and other actions.
+
+use bevy::ecs::prelude::*;
+use bevy_egui::egui;
+
+use super::{GiInspector, rust, shaders};
+use crate::{GiHistory, GiSettings, GiSettingsRegistry};
+
+/// All settings of a world as RON: a map from the names of their types.
+///
+/// # Errors
+/// What the format says; a world without settings.
+pub fn to_ron(world: &World) -> Result<String, String> {
+    let registry = world
+        .get_resource::<GiSettingsRegistry>()
+        .ok_or("the app has no GiPlugins")?;
+    let mut text = String::new();
+    let pretty = ron::ser::PrettyConfig::new();
+    let mut serializer =
+        ron::Serializer::new(&mut text, Some(pretty)).map_err(|e| e.to_string())?;
+    registry
+        .serialize(world, &mut serializer)
+        .map_err(|e| e.to_string())?;
+    Ok(text)
+}
+
+/// Sets the settings of a world from such text.
+///
+/// # Errors
+/// What is wrong with the text, and where; nothing is changed then.
+pub fn from_ron(world: &mut World, text: &str) -> Result<(), String> {
+    let registry = world
+        .get_resource::<GiSettingsRegistry>()
+        .cloned()
+        .ok_or("the app has no GiPlugins")?;
+    let mut deserializer = ron::Deserializer::from_str(text).map_err(|e| e.to_string())?;
+    registry
+        .deserialize(world, &mut deserializer)
+        .map_err(|e| deserializer.span_error(e).to_string())
+}
+
+/// All settings as Rust code.
+fn to_rust(world: &World) -> String {
+    let registry = world.resource::<GiSettingsRegistry>();
+    let entries = registry.iter().filter_map(|entry| {
+        let value = entry.get(world)?;
+        Some(rust::insert_resource(
+            value.as_partial_reflect(),
+            entry.default_value().as_partial_reflect(),
+        ))
+    });
+    entries.collect()
+}
+
+pub(super) fn show(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
+    ui.horizontal_wrapped(|ui| {
+        let path = egui::TextEdit::singleline(&mut inspector.file).desired_width(150.0);
+        ui.add(path).on_hover_text(
+            "The file for Save and Load, seen from the folder in which the app runs",
+        );
+        if ui
+            .button("Save")
+            .on_hover_text("All settings as RON")
+            .clicked()
+        {
+            let saved = to_ron(world)
+                .and_then(|text| std::fs::write(&inspector.file, text).map_err(|e| e.to_string()));
+            inspector.message = outcome("saved", &inspector.file, saved);
+        }
+        if ui.button("Load").clicked() {
+            let loaded = std::fs::read_to_string(&inspector.file)
+                .map_err(|e| e.to_string())
+                .and_then(|text| from_ron(world, &text));
+            inspector.message = outcome("loaded", &inspector.file, loaded);
+        }
+        if ui
+            .button("Copy as Rust")
+            .on_hover_text("Code that makes these settings, into the clipboard")
+            .clicked()
+        {
+            ui.ctx().copy_text(to_rust(world));
+            inspector.message = "copied".into();
+        }
+    });
+    ui.horizontal_wrapped(|ui| {
+        if ui
+            .button("Reset history")
+            .on_hover_text("Lets all light start afresh")
+            .clicked()
+        {
+            world.resource_mut::<GiHistory>().reset();
+        }
+        let mut frozen = world.resource::<GiSettings>().freeze_capture;
+        if ui
+            .toggle_value(&mut frozen, "Freeze capture")
+            .on_hover_text("Keeps voxels and shadow maps as they are, whatever moves")
+            .changed()
+        {
+            world.resource_mut::<GiSettings>().freeze_capture = frozen;
+        }
+        let possible = shaders::can_reload();
+        let button = ui.add_enabled(possible, egui::Button::new("Reload shaders"));
+        let button =
+            button.on_disabled_hover_text("The plugin's sources do not lie on this machine");
+        if button.clicked() {
+            inspector.message = shaders::reload(world);
+        }
+    });
+    if !inspector.message.is_empty() {
+        ui.small(&inspector.message);
+    }
+}
+
+fn outcome(done: &str, file: &str, result: Result<(), String>) -> String {
+    match result {
+        Ok(()) => format!("{done}: {file}"),
+        Err(error) => format!("{file}: {error}"),
+    }
+}

@@ -1,0 +1,245 @@
+//! [`GiSettingsRegistry`]: all settings resources, so that nobody has to list them by hand.
+
+use std::{marker::PhantomData, sync::Arc};
+
+use bevy::{
+    app::{App, Last, Plugin},
+    ecs::{component::Mutable, prelude::*, schedule::IntoScheduleConfigs, world::Mut},
+    reflect::{
+        Reflect, TypePath,
+        serde::{TypedReflectDeserializer, TypedReflectSerializer},
+    },
+    render::extract_resource::{ExtractResource, ExtractResourcePlugin},
+};
+use serde::{
+    Deserializer, Serialize, Serializer,
+    de::{Error, MapAccess, Visitor},
+    ser::SerializeMap,
+};
+
+use super::{Clamp, Clamped, FieldRange, GiTechnique};
+use crate::gpu::statistics::GiStatistics;
+
+/// A settings resource: all parameters of one part of the crate.
+pub(crate) trait SettingsResource:
+    Resource<Mutability = Mutable>
+    + ExtractResource<Source = Self>
+    + Clamped
+    + Reflect
+    + TypePath
+    + Default
+    + Clone
+{
+    /// The technique that it is for; `None`: for all.
+    const TECHNIQUE: Option<GiTechnique>;
+
+    /// Named values.
+    fn presets() -> Vec<(&'static str, Self)>;
+}
+
+/// All settings resources: [`GiSettings`](super::GiSettings), one of each technique, and whatever an
+/// app adds.
+#[derive(Resource, Default, Clone)]
+pub struct GiSettingsRegistry {
+    entries: Vec<SettingsEntry>,
+}
+
+/// A settings resource, whatever its type.
+#[derive(Clone)]
+pub struct SettingsEntry {
+    /// Name of the type, without its path.
+    pub name: &'static str,
+    /// The technique that it is for; `None`: for all.
+    pub technique: Option<GiTechnique>,
+    /// Ranges of the numeric fields.
+    pub ranges: Vec<FieldRange>,
+    presets: Vec<(&'static str, Arc<dyn Reflect>)>,
+    default: Arc<dyn Reflect>,
+    get: fn(&World) -> Option<&dyn Reflect>,
+    get_mut: fn(&mut World) -> Option<Mut<'_, dyn Reflect>>,
+}
+
+impl SettingsEntry {
+    /// An entry for `T`.
+    pub fn new<T>() -> Self
+    where
+        T: Resource<Mutability = Mutable> + Reflect + TypePath + Default,
+    {
+        Self {
+            name: T::short_type_path(),
+            technique: None,
+            ranges: Vec::new(),
+            presets: Vec::new(),
+            default: Arc::new(T::default()),
+            get: |world| world.get_resource::<T>().map(|t| t as &dyn Reflect),
+            get_mut: |world| {
+                let resource = world.get_resource_mut::<T>()?;
+                Some(resource.map_unchanged(|t| t as &mut dyn Reflect))
+            },
+        }
+    }
+
+    /// The value that fields are reset to.
+    pub fn default_value(&self) -> &dyn Reflect {
+        &*self.default
+    }
+
+    /// Named values.
+    pub fn presets(&self) -> impl Iterator<Item = (&'static str, &dyn Reflect)> {
+        self.presets.iter().map(|(name, value)| (*name, &**value))
+    }
+
+    /// The value of that name.
+    pub fn preset(&self, name: &str) -> Option<&dyn Reflect> {
+        self.presets().find(|(n, _)| *n == name).map(|(_, v)| v)
+    }
+
+    /// The resource, if the world has it.
+    pub fn get<'w>(&self, world: &'w World) -> Option<&'w dyn Reflect> {
+        (self.get)(world)
+    }
+
+    /// The resource, if the world has it. It counts as changed once it is written to.
+    pub fn get_mut<'w>(&self, world: &'w mut World) -> Option<Mut<'w, dyn Reflect>> {
+        (self.get_mut)(world)
+    }
+}
+
+impl GiSettingsRegistry {
+    /// All of them, in the order of the plugins.
+    pub fn iter(&self) -> impl Iterator<Item = &SettingsEntry> {
+        self.entries.iter()
+    }
+
+    /// The one of that name.
+    pub fn find(&self, name: &str) -> Option<&SettingsEntry> {
+        self.entries.iter().find(|entry| entry.name == name)
+    }
+
+    /// Adds one; what has its name is replaced.
+    pub fn add(&mut self, entry: SettingsEntry) {
+        self.entries.retain(|old| old.name != entry.name);
+        self.entries.push(entry);
+    }
+
+    /// All settings of a world, each under the name of its type. With serde's name for it, a map; as
+    /// RON, for example: `{"GiSettings": (history_frames: 32, ..), ..}`.
+    pub fn serialize<S: Serializer>(
+        &self,
+        world: &World,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let types = world.resource::<AppTypeRegistry>().read();
+        let mut map = serializer.serialize_map(Some(self.entries.len()))?;
+        for entry in &self.entries {
+            if let Some(value) = entry.get(world) {
+                let value = TypedReflectSerializer::new(value.as_partial_reflect(), &types);
+                map.serialize_entry(entry.name, &AsSerialize(value))?;
+            }
+        }
+        map.end()
+    }
+
+    /// Sets settings of a world from such a map. What the map leaves out stays as it is; fields that
+    /// a value leaves out get their default.
+    ///
+    /// # Errors
+    /// Those of the format; a name that no settings resource has; a field that a type does not have.
+    /// Nothing is changed then.
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        &self,
+        world: &mut World,
+        deserializer: D,
+    ) -> Result<(), D::Error> {
+        let types = world.resource::<AppTypeRegistry>().clone();
+        let types = types.read();
+        let visitor = Values {
+            registry: self,
+            types: &types,
+        };
+        for (entry, value) in deserializer.deserialize_map(visitor)? {
+            if let Some(mut resource) = entry.get_mut(world) {
+                resource.apply(value.as_partial_reflect());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The reflection serializer, as something that serializes.
+struct AsSerialize<'a>(TypedReflectSerializer<'a>);
+
+impl Serialize for AsSerialize<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
+struct Values<'a> {
+    registry: &'a GiSettingsRegistry,
+    types: &'a bevy::reflect::TypeRegistry,
+}
+
+impl<'de, 'a> Visitor<'de> for Values<'a> {
+    type Value = Vec<(&'a SettingsEntry, Box<dyn bevy::reflect::PartialReflect>)>;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "a map from names of settings resources to settings")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut values = Vec::new();
+        while let Some(name) = map.next_key::<String>()? {
+            let known = || {
+                let names: Vec<_> = self.registry.iter().map(|e| e.name).collect();
+                A::Error::custom(format!(
+                    "there is no settings resource '{name}'; there are: {}",
+                    names.join(", ")
+                ))
+            };
+            let entry = self.registry.find(&name).ok_or_else(known)?;
+            let id = entry.default_value().as_any().type_id();
+            let registration = self.types.get(id).ok_or_else(known)?;
+            let seed = TypedReflectDeserializer::new(registration, self.types);
+            values.push((entry, map.next_value_seed(seed)?));
+        }
+        Ok(values)
+    }
+}
+
+/// Lists a settings resource, clamps it whenever it changes, and sends it to the render world.
+pub(crate) struct SettingsResourcePlugin<T>(PhantomData<T>);
+
+impl<T> Default for SettingsResourcePlugin<T> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<T: SettingsResource> Plugin for SettingsResourcePlugin<T> {
+    fn build(&self, app: &mut App) {
+        let presets = T::presets().into_iter();
+        let entry = SettingsEntry {
+            technique: T::TECHNIQUE,
+            ranges: Clamp::ranges::<T>(),
+            presets: presets
+                .map(|(name, value)| (name, Arc::new(value) as Arc<dyn Reflect>))
+                .collect(),
+            ..SettingsEntry::new::<T>()
+        };
+        app.init_resource::<GiSettingsRegistry>()
+            .world_mut()
+            .resource_mut::<GiSettingsRegistry>()
+            .add(entry);
+        app.init_resource::<T>()
+            // After whatever the app does in a frame, and before that is sent.
+            .add_systems(Last, clamp_settings::<T>.run_if(resource_changed::<T>))
+            .add_plugins(ExtractResourcePlugin::<T>::default());
+    }
+}
+
+fn clamp_settings<T: SettingsResource>(mut settings: ResMut<T>, statistics: Res<GiStatistics>) {
+    // Clamping twice what is already in range would mark it as changed again, for ever.
+    let changes = Clamp::apply(T::short_type_path(), settings.bypass_change_detection());
+    statistics.warn(changes);
+}

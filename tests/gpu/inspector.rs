@@ -1,0 +1,306 @@
+//! The real panel, drawn by the GPU into a picture, and driven by a pointer.
+
+use bevy::{
+    prelude::*,
+    reflect::{PartialReflect, ReflectMut},
+    render::render_resource::TextureFormat,
+};
+use bevy_gi::{
+    GiSettingsRegistry,
+    inspector::{
+        GiInspector, GiInspectorPlugin, Tab,
+        bevy_egui::{EguiPlugin, PrimaryEguiContext, egui, input::EguiInputEvent},
+        from_ron, to_ron,
+    },
+    prelude::*,
+};
+
+use crate::{
+    common::{
+        capture,
+        headless::{Headless, image_target},
+        scenes::cornell,
+    },
+    support::assert_sane,
+};
+
+/// The Cornell box with a panel before it.
+fn open(size: UVec2) -> (Headless, Entity, Handle<Image>) {
+    let mut headless = Headless::new(|app| {
+        app.add_plugins((
+            GiPlugins,
+            EguiPlugin::default(),
+            GiInspectorPlugin {
+                open: true,
+                ..default()
+            },
+        ))
+        .insert_resource(GlobalAmbientLight::NONE)
+        .insert_resource(GiSettings {
+            sky: GiSky::Black,
+            ..default()
+        });
+    });
+    let target = headless.target(size, TextureFormat::Rgba8UnormSrgb);
+    let world = headless.app.world_mut();
+    cornell::spawn(world);
+    let view = cornell::view();
+    let camera = world
+        .spawn((
+            Camera3d::default(),
+            GiCamera::default(),
+            image_target(&target),
+            bevy::camera::Exposure { ev100: view.ev100 },
+            Projection::from(PerspectiveProjection {
+                fov: view.fov.to_radians(),
+                ..default()
+            }),
+            Transform::from_translation(view.eye).looking_at(view.look, Vec3::Y),
+        ))
+        .id();
+    // Fewer voxels: the panel is what is looked at.
+    let mut volumes = world.query::<&mut GiVolume>();
+    for mut volume in volumes.iter_mut(world) {
+        volume.resolution = 64;
+    }
+    headless.wait_until(|_| true);
+    (headless, camera, target)
+}
+
+fn point_at(headless: &mut Headless, at: egui::Pos2, pressed: Option<bool>) {
+    let world = headless.app.world_mut();
+    let mut contexts = world.query_filtered::<Entity, With<PrimaryEguiContext>>();
+    let context = contexts.single(world).expect("the camera has a context");
+    let event = match pressed {
+        None => egui::Event::PointerMoved(at),
+        Some(pressed) => egui::Event::PointerButton {
+            pos: at,
+            button: egui::PointerButton::Primary,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        },
+    };
+    world.write_message(EguiInputEvent { context, event });
+    headless.step();
+}
+
+fn click(headless: &mut Headless, at: egui::Pos2) {
+    point_at(headless, at, None);
+    point_at(headless, at, Some(true));
+    point_at(headless, at, Some(false));
+    headless.step();
+}
+
+/// Every tab is drawn, and looks as in the README: the pictures are in `out/inspector`.
+#[test]
+fn the_panel_is_drawn_and_answers_to_clicks() {
+    let (mut headless, _, target) = open(UVec2::new(1280, 800));
+    let mut pictures = Vec::new();
+    // Buttons of the tabs are in a row at the top; what is clicked is what is shown.
+    let mut x = 30.0;
+    for tab in Tab::ALL {
+        while headless.app.world().resource::<GiInspector>().tab != tab {
+            click(&mut headless, egui::pos2(x, 18.0));
+            x += 15.0;
+            assert!(x < 400.0, "no button of {tab:?} was hit");
+        }
+        if tab == Tab::Scene {
+            let world = headless.app.world_mut();
+            let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
+            let volume = volumes.single(world).ok();
+            world.resource_mut::<GiInspector>().selected = volume;
+        }
+        headless.steps(30);
+        let picture = headless.picture(&target);
+        let name = format!("out/inspector/{}.png", tab.name().to_lowercase());
+        capture::write(&picture, name.as_ref()).expect("pictures can be written");
+        // The panel covers the left third, and the box is beside it.
+        let at = |x: u32, y: u32| picture.pixels[(y * picture.size.x + x) as usize];
+        let plain = (0..100).all(|i| at(20 + 3 * i, 300) == at(20, 300));
+        assert!(!plain, "{tab:?} is empty");
+        pictures.push(picture);
+    }
+    let differs = |a: usize, b: usize| pictures[a].pixels != pictures[b].pixels;
+    assert!(differs(0, 1) && differs(1, 2) && differs(2, 3));
+    assert_eq!(headless.pipeline_errors(), Vec::<String>::new());
+
+    // Closed, there is nothing of it left in the picture.
+    headless.app.world_mut().resource_mut::<GiInspector>().open = false;
+    headless.steps(4);
+    let picture = headless.picture(&target);
+    let at = |x: u32, y: u32| Vec4::from_array(picture.pixels[(y * picture.size.x + x) as usize]);
+    // The box is in the middle: the background is left and right of it, but for dithering.
+    let same = |y: u32| (at(8, y) - at(1270, y)).abs().max_element() < 0.02;
+    assert!((0..picture.size.y).all(same), "the panel is still there");
+}
+
+#[test]
+fn settings_survive_a_file() {
+    let (mut headless, ..) = open(UVec2::splat(64));
+    let world = headless.app.world_mut();
+    world.resource_mut::<GiSettings>().history_frames = 17;
+    world.resource_mut::<VoxelConeTracingSettings>().cones = 9;
+    world.resource_mut::<GiDebugSettings>().view = GiView::VoxelNormal;
+    let saved = to_ron(world).expect("settings can be written");
+    *world.resource_mut::<GiSettings>() = default();
+    *world.resource_mut::<VoxelConeTracingSettings>() = default();
+    *world.resource_mut::<GiDebugSettings>() = default();
+    from_ron(world, &saved).unwrap_or_else(|error| panic!("{error} in\n{saved}"));
+    assert_eq!(world.resource::<GiSettings>().history_frames, 17);
+    assert_eq!(world.resource::<VoxelConeTracingSettings>().cones, 9);
+    assert_eq!(
+        world.resource::<GiDebugSettings>().view,
+        GiView::VoxelNormal
+    );
+    // What a file does not have is left as it is, what it does not know changes nothing.
+    from_ron(world, r#"{"GiSettings": (history_frames: 5)}"#).expect("a part is enough");
+    assert_eq!(world.resource::<GiSettings>().history_frames, 5);
+    assert_eq!(world.resource::<VoxelConeTracingSettings>().cones, 9);
+    for bad in [
+        "",
+        "{",
+        r#"{"Nothing": ()}"#,
+        r#"{"GiSettings": (nothing: 1)}"#,
+        r#"{"GiSettings": (history_frames: "many")}"#,
+    ] {
+        assert!(from_ron(world, bad).is_err(), "{bad}");
+    }
+    assert_eq!(world.resource::<GiSettings>().history_frames, 5);
+}
+
+/// A generator of numbers that are the same each time.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    fn float(&mut self) -> f32 {
+        let plain = (self.next() % 20_001) as f32 / 100.0 - 100.0;
+        match self.next() % 12 {
+            0 => f32::NAN,
+            1 => f32::INFINITY,
+            2 => f32::NEG_INFINITY,
+            3 => f32::MAX,
+            4 => -0.0,
+            5 => f32::MIN_POSITIVE,
+            _ => plain,
+        }
+    }
+}
+
+/// Puts anything at all into a value.
+fn randomize(value: &mut dyn PartialReflect, random: &mut Random) {
+    if let Some(x) = value.try_downcast_mut::<f32>() {
+        *x = random.float();
+    } else if let Some(x) = value.try_downcast_mut::<u32>() {
+        *x = match random.next() % 4 {
+            0 => u32::MAX,
+            1 => 0,
+            _ => (random.next() % 300) as u32,
+        };
+    } else if let Some(x) = value.try_downcast_mut::<bool>() {
+        *x = random.next().is_multiple_of(2);
+    } else if let Some(x) = value.try_downcast_mut::<GiView>() {
+        *x = GiView::ALL[random.next() as usize % GiView::ALL.len()];
+    } else if let Some(x) = value.try_downcast_mut::<GiTechnique>() {
+        *x = GiTechnique::ALL[random.next() as usize % GiTechnique::ALL.len()];
+    } else if let Some(x) = value.try_downcast_mut::<GiSky>() {
+        *x = match random.next() % 3 {
+            0 => GiSky::Camera,
+            1 => GiSky::Black,
+            _ => GiSky::Constant(LinearRgba::new(
+                random.float(),
+                random.float(),
+                random.float(),
+                random.float(),
+            )),
+        };
+    } else {
+        match value.reflect_mut() {
+            ReflectMut::Struct(fields) => {
+                for i in 0..fields.field_len() {
+                    randomize(fields.field_at_mut(i).unwrap(), random);
+                }
+            }
+            ReflectMut::Enum(variant) => {
+                for i in 0..variant.field_len() {
+                    randomize(variant.field_at_mut(i).unwrap(), random);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Whatever is typed into the panel: no panic, no error of a shader, no NaN in the picture.
+#[test]
+fn nothing_that_is_typed_breaks_anything() {
+    let (mut headless, camera, target) = open(UVec2::new(96, 64));
+    let world = headless.app.world_mut();
+    let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
+    let volume = volumes.single(world).expect("the scene has a volume");
+    let mut lights = world.query_filtered::<Entity, With<PointLight>>();
+    let lights: Vec<_> = lights.iter(world).collect();
+    let registry = world.resource::<GiSettingsRegistry>().clone();
+    let entries: Vec<_> = registry.iter().collect();
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    for frame in 0..500 {
+        let world = headless.app.world_mut();
+        let tabs = Tab::ALL;
+        let mut inspector = world.resource_mut::<GiInspector>();
+        inspector.tab = tabs[random.next() as usize % tabs.len()];
+        inspector.selected = [None, Some(volume), Some(camera)][random.next() as usize % 3];
+        // One field of one resource, or one of the scene.
+        let i = random.next() as usize % (entries.len() + 2);
+        if let Some(entry) = entries.get(i) {
+            if let Some(mut value) = entry.get_mut(world)
+                && let ReflectMut::Struct(fields) = value.reflect_mut()
+            {
+                let field = random.next() as usize % fields.field_len();
+                randomize(fields.field_at_mut(field).unwrap(), &mut random);
+            }
+        } else if i == entries.len() {
+            let mut volume = world.get_mut::<GiVolume>(volume).unwrap();
+            randomize(&mut *volume, &mut random);
+            // Within what a test can wait for.
+            volume.resolution = volume.resolution.min(48);
+            if !volume.extent.is_finite() {
+                volume.extent = Vec3::splat(6.0);
+            }
+        } else if let Some(light) = lights.first() {
+            let mut share = GiLight::default();
+            randomize(&mut share, &mut random);
+            world.entity_mut(*light).insert(share);
+        }
+        // Within what a test can wait for: work that is only slow.
+        let mut vct = world.resource_mut::<VoxelConeTracingSettings>();
+        vct.cones = vct.cones.min(6);
+        vct.bounce_cones = vct.bounce_cones.min(4);
+        let mut settings = world.resource_mut::<GiSettings>();
+        settings.shadow_map_size = settings.shadow_map_size.min(256);
+        headless.step();
+        if frame % 50 == 49 {
+            let picture = headless.picture(&target);
+            assert_sane(&picture, &format!("frame {frame}"));
+            assert_eq!(headless.pipeline_errors(), Vec::<String>::new());
+        }
+    }
+    // And back: the picture is what it was without all this.
+    let world = headless.app.world_mut();
+    for entry in &entries {
+        if let Some(mut value) = entry.get_mut(world) {
+            value.apply(entry.default_value().as_partial_reflect());
+        }
+    }
+    world.resource_mut::<GiInspector>().open = false;
+    headless.steps(8);
+    let picture = headless.picture(&target);
+    assert_sane(&picture, "the defaults");
+    let mean = crate::support::mean(&picture);
+    assert!(mean > 0.02, "the picture stays dark: {mean}");
+}
