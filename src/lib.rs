@@ -66,7 +66,7 @@ pub use scene::{
 pub use schedule::GiSystems;
 pub use settings::{
     EmissiveUnits, FieldRange, GatherResolution, GiHistory, GiQuality, GiSettings,
-    GiSettingsRegistry, GiSky, GiTechnique, SettingsEntry,
+    GiSettingsRegistry, GiSky, GiTechnique, SettingsEntry, SettingsValues,
 };
 pub use technique::vct::{ConeLayout, VoxelConeTracingSettings};
 

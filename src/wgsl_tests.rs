@@ -51,7 +51,7 @@ const VARIANTS: [(&str, &[&[&str]]); 15] = [
     ("technique/vct/debug.wgsl", &[&[]]),
     ("debug/shadow_maps.wgsl", &[&[]]),
     ("debug/shapes.wgsl", &[&[]]),
-    ("debug/probes.wgsl", &[&[]]),
+    ("apply/probes.wgsl", &[&[]]),
 ];
 
 /// What Bevy's prepass defines for a mesh with normals, texture coordinates and colours.

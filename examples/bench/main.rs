@@ -35,8 +35,8 @@ struct Options {
     /// Only these techniques. Repeatable; default: all.
     #[arg(long = "technique", value_name = "NAME", value_parser = gi)]
     techniques: Vec<GiTechnique>,
-    /// Only these presets: low, medium, high, ultra, paper. Repeatable.
-    #[arg(long = "preset", value_name = "NAME")]
+    /// Only these presets. Repeatable.
+    #[arg(long = "preset", value_name = "NAME", value_parser = ["low", "medium", "high", "ultra", "paper"])]
     presets: Vec<String>,
     /// Only these sizes of the picture. Repeatable.
     #[arg(long = "size", value_name = "WIDTHxHEIGHT", value_parser = size)]
@@ -95,7 +95,10 @@ const ASSETS: [(&str, &[u8]); 2] = [
 
 fn run(options: &Options, adapter: &RenderAdapterInfo) -> Result<(), String> {
     let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", options.out.display());
-    let assets = options.out.join("assets");
+    // A folder of our own, which can be deleted afterwards.
+    let assets = options.out.join(format!(".bench-{}", std::process::id()));
+    std::fs::create_dir_all(&options.out).map_err(|e| fail(&e))?;
+    std::fs::create_dir(&assets).map_err(|e| fail(&e))?;
     for (name, bytes) in ASSETS {
         let path = assets.join(name);
         let folder = path.parent().expect("assets lie in a folder");
@@ -103,10 +106,12 @@ fn run(options: &Options, adapter: &RenderAdapterInfo) -> Result<(), String> {
         std::fs::write(path, bytes).map_err(|e| fail(&e))?;
     }
     scenes::set_asset_folder(&assets.canonicalize().map_err(|e| fail(&e))?);
-    let results = measure::all(options, adapter);
+    // Written after every scene: what is interrupted keeps what it has.
+    let results = measure::all(options, adapter, |results| {
+        output::write(results, &options.out)
+    });
     let _ = std::fs::remove_dir_all(&assets);
     let results = results?;
-    output::write(&results, &options.out)?;
     println!("{}", output::text(&results));
     println!("{}", options.out.display());
     Ok(())

@@ -67,8 +67,8 @@ impl Situation {
 #[derive(serde::Serialize)]
 pub struct Measured {
     pub situation: Situation,
-    /// Median milliseconds of a frame: global illumination on the GPU (see `capture::gi_ms`), and what
-    /// the CPU takes to record it.
+    /// Milliseconds of a frame: global illumination on the GPU (see `capture::gi_ms`; the sum of its
+    /// passes' medians over frames), and what the CPU takes to record it.
     pub gi_ms: f64,
     pub gi_cpu_ms: f64,
     /// A frame without global illumination, by the wall clock.
@@ -78,13 +78,11 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// GPU milliseconds of passes together.
-    pub fn sum(&self, names: &[&str]) -> f64 {
+    /// GPU milliseconds of passes together; `None` if none of them has run.
+    pub fn sum(&self, names: &[&str]) -> Option<f64> {
         let passes = self.passes.iter();
-        passes
-            .filter(|(name, _)| names.contains(&name.as_str()))
-            .map(|(_, ms)| ms)
-            .sum()
+        let found = passes.filter(|(name, _)| names.contains(&name.as_str()));
+        found.map(|(_, ms)| *ms).reduce(|a, b| a + b)
     }
 }
 
@@ -123,7 +121,12 @@ fn chosen<T: Clone>(wanted: &[T], default: impl IntoIterator<Item = T>) -> Vec<T
     }
 }
 
-pub fn all(options: &Options, adapter: &RenderAdapterInfo) -> Result<Results, String> {
+/// Measures everything; `write` gets the results after each scene and size.
+pub fn all(
+    options: &Options,
+    adapter: &RenderAdapterInfo,
+    write: impl Fn(&Results) -> Result<(), String>,
+) -> Result<Results, String> {
     let mut results = Results {
         adapter: format!("{} ({})", adapter.name, adapter.driver_info),
         software: adapter.device_type == DeviceType::Cpu,
@@ -172,6 +175,7 @@ pub fn all(options: &Options, adapter: &RenderAdapterInfo) -> Result<Results, St
                     }
                 }
             }
+            write(&results)?;
         }
     }
     Ok(results)
@@ -236,23 +240,11 @@ fn apply(
     preset: &str,
     voxels: u32,
 ) -> Result<(), String> {
-    let kept = GiSettings {
-        technique,
-        ..world.resource::<GiSettings>().clone()
-    };
+    world.resource_mut::<GiSettings>().technique = technique;
     let registry = world.resource::<GiSettingsRegistry>().clone();
-    let mut found = false;
-    for entry in registry.iter() {
-        if let (Some(value), Some(mut resource)) = (entry.preset(preset), entry.get_mut(world)) {
-            resource.apply(value.as_partial_reflect());
-            found = true;
-        }
-    }
-    if !found {
+    if !registry.apply_preset(world, preset) {
         return Err(format!("there is no preset '{preset}'"));
     }
-    let mut settings = world.resource_mut::<GiSettings>();
-    *settings = settings.clone().with_scene_of(&kept);
     let mut volumes = world.query::<&mut GiVolume>();
     for mut volume in volumes.iter_mut(world) {
         volume.resolution = voxels;

@@ -58,6 +58,9 @@ const fn row(
     }
 }
 
+/// The voxelizer of table 5.1 tessellates; this one draws triangles, as ours does.
+const RASTER: &str = "voxelize by raster (table 5.2)";
+
 const HD: [u32; 2] = [1280, 720];
 const HD_PLUS: [u32; 2] = [1600, 900];
 const FULL_HD: [u32; 2] = [1920, 1080];
@@ -65,7 +68,7 @@ const FULL_HD: [u32; 2] = [1920, 1080];
 /// All tables.
 pub const PUBLISHED: [Published; 1] = [Published {
     technique: GiTechnique::VoxelConeTracing,
-    source: "Freed 2018, table 5.1",
+    source: "Freed 2018, tables 5.1 and 5.2",
     adapter: "GeForce GTX 970",
     scene: "sponza",
     preset: "paper",
@@ -82,6 +85,7 @@ pub const PUBLISHED: [Published; 1] = [Published {
         row(HD_PLUS, "filtering", [0.05, 0.10, 0.56], FILTERING),
         row(HD_PLUS, "final shading", [5.98, 6.42, 7.10], SHADING),
         row(FULL_HD, "voxelize", [0.72, 1.15, 2.41], VOXELIZE),
+        row(FULL_HD, RASTER, [0.53, 0.85, 1.91], VOXELIZE),
         row(FULL_HD, "shadow map", [0.68, 0.68, 0.69], SHADOW),
         row(FULL_HD, "injection", [0.92, 0.92, 0.93], INJECTION),
         row(FULL_HD, "filtering", [0.04, 0.10, 0.55], FILTERING),
@@ -100,7 +104,7 @@ impl Published {
                 && case.size.to_array() == row.size
                 && case.voxels == voxels
         })?;
-        Some(case.get(Situation::Moving)?.sum(row.ours))
+        case.get(Situation::Moving)?.sum(row.ours)
     }
 }
 
@@ -119,7 +123,8 @@ mod tests {
         ];
         for (size, total) in totals {
             for (i, total) in total.into_iter().enumerate() {
-                let rows = PUBLISHED[0].rows.iter().filter(|row| row.size == size);
+                let rows = PUBLISHED[0].rows.iter();
+                let rows = rows.filter(|row| row.size == size && row.pass != RASTER);
                 let sum: f64 = rows.map(|row| row.ms[i]).sum();
                 assert!((0.4..2.2).contains(&(total - sum)), "{size:?} {i}: {sum}");
             }

@@ -6,6 +6,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_gi::{
+    GiSettingsRegistry,
     inspector::{
         GiInspectorPlugin,
         bevy_egui::{EguiGlobalSettings, EguiPlugin},
@@ -93,9 +94,7 @@ fn spawn_help(mut commands: Commands) {
 fn keys(
     keys: Res<ButtonInput<KeyCode>>,
     mut settings: ResMut<GiSettings>,
-    mut vct: ResMut<VoxelConeTracingSettings>,
     mut debug: ResMut<GiDebugSettings>,
-    mut quality: Local<Option<usize>>,
     mut help: Query<&mut Visibility, With<HelpText>>,
 ) {
     if keys.just_pressed(KeyCode::KeyG) {
@@ -110,12 +109,6 @@ fn keys(
     if keys.just_pressed(KeyCode::KeyV) {
         debug.view = next(&GiView::ALL, debug.view);
     }
-    if keys.just_pressed(KeyCode::KeyP) {
-        let at = quality.map_or(2, |q| (q + 1) % GiQuality::ALL.len());
-        *quality = Some(at);
-        *vct = VoxelConeTracingSettings::preset(GiQuality::ALL[at]);
-        *settings = GiSettings::preset(GiQuality::ALL[at]).with_scene_of(&settings);
-    }
     if keys.just_pressed(KeyCode::KeyB) {
         debug.show_volumes = !debug.show_volumes;
         debug.show_probes = debug.show_volumes;
@@ -125,6 +118,19 @@ fn keys(
             visibility.toggle_visible_hidden();
         }
     }
+}
+
+/// Goes through the presets.
+fn preset_key(world: &mut World, mut last: Local<&'static str>) {
+    let keys = world.resource::<ButtonInput<KeyCode>>();
+    if !keys.just_pressed(KeyCode::KeyP) {
+        return;
+    }
+    // The default is the medium one.
+    let current = if last.is_empty() { "medium" } else { *last };
+    *last = next(&GiQuality::ALL.map(GiQuality::name), current);
+    let registry = world.resource::<GiSettingsRegistry>().clone();
+    registry.apply_preset(world, *last);
 }
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]

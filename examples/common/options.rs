@@ -169,9 +169,10 @@ fn apply_set(world: &mut World, set: &str) -> Result<(), String> {
 }
 
 /// The path tracer's settings are the app's, as is the path tracer.
-fn register_reference(world: &mut World) {
+pub fn register_reference(world: &mut World) {
     world.init_resource::<ReferenceSettings>();
     let entry = SettingsEntry::new::<ReferenceSettings>();
+    world.init_resource::<GiSettingsRegistry>();
     world.resource_mut::<GiSettingsRegistry>().add(entry);
 }
 

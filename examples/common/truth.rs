@@ -1,10 +1,11 @@
 //! The truth at the press of a key: what the path tracer makes of the picture, in its place.
 
 use bevy::{camera::Exposure, prelude::*};
-use bevy_gi::{prelude::*, reference::ReferenceSettings};
+use bevy_gi::prelude::*;
 
 use super::{
     live::{LiveReference, watch_scene},
+    options,
     overlay::{self, Overlay, OverlaySettings},
     reference,
 };
@@ -25,11 +26,11 @@ pub struct TruthState {
 
 impl Plugin for TruthPlugin {
     fn build(&self, app: &mut App) {
+        options::register_reference(app.world_mut());
         app.add_plugins(MaterialPlugin::<Overlay>::default())
             .init_resource::<ShowTruth>()
             .init_resource::<TruthState>()
             .init_resource::<LiveReference>()
-            .init_resource::<ReferenceSettings>()
             .add_systems(Last, (watch_scene, show).chain());
     }
 }

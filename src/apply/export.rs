@@ -44,6 +44,7 @@ use bevy::{
 
 use crate::{
     camera::{ExtractedGiCamera, GiCamera},
+    debug::{GiDebugSettings, GiView},
     gpu::{
         caps::{GiSupport, supported},
         compute::{ComputePass, Recorder, groups},
@@ -468,8 +469,12 @@ fn show_exports(
     _: ViewQuery<&ViewSurface>,
     volumes: Query<(&ExtractedExport, &ExportCubes)>,
     images: Res<RenderAssets<GpuImage>>,
+    debug: Res<GiDebugSettings>,
     mut ctx: RenderContext,
 ) {
+    if debug.view == GiView::Direct {
+        return;
+    }
     for (export, cubes) in &volumes {
         copy(export, &cubes.cubes, &images, &mut ctx);
     }

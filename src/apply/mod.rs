@@ -10,6 +10,7 @@ pub(crate) mod denoise;
 pub(crate) mod export;
 pub(crate) mod fog;
 pub(crate) mod gather;
+mod probes;
 pub(crate) mod temporal;
 
 use bevy::app::{App, Plugin};
@@ -24,6 +25,7 @@ impl Plugin for ApplyPlugin {
             denoise::DenoisePlugin,
             composite::CompositePlugin,
             export::ExportPlugin,
+            probes::ProbesPlugin,
         ));
     }
 }

@@ -8,35 +8,42 @@ use bevy::{
     },
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     gizmos::{
-        GizmoPlugin,
-        config::{DefaultGizmoConfigGroup, GizmoConfigStore},
+        AppGizmoBuilder, GizmoPlugin,
+        config::{GizmoConfigGroup, GizmoConfigStore},
         gizmos::Gizmos,
     },
     math::Vec3,
+    reflect::Reflect,
     transform::components::Transform,
 };
 
 use super::GiDebugSettings;
 use crate::scene::volume::{VolumeGrid, update_grids};
 
-/// Draws with the app's own gizmos, where it has any.
+/// Draws with Bevy's gizmos, where the app has them.
 pub(super) struct VolumeGizmosPlugin;
+
+/// Lines that are seen through walls: a room's volume is larger than the room.
+#[derive(Default, Reflect, GizmoConfigGroup)]
+struct VolumeGizmos;
 
 impl Plugin for VolumeGizmosPlugin {
     fn build(&self, app: &mut App) {
         if app.is_plugin_added::<GizmoPlugin>() {
+            app.init_gizmo_group::<VolumeGizmos>();
+            let mut store = app.world_mut().resource_mut::<GizmoConfigStore>();
+            store.config_mut::<VolumeGizmos>().0.depth_bias = -1.0;
             app.add_systems(
                 PostUpdate,
                 draw_volumes
                     .after(update_grids)
-                    .run_if(|debug: Res<GiDebugSettings>| debug.show_volumes)
-                    .run_if(resource_exists::<GizmoConfigStore>),
+                    .run_if(|debug: Res<GiDebugSettings>| debug.show_volumes),
             );
         }
     }
 }
 
-fn draw_volumes(grids: Query<&VolumeGrid>, mut gizmos: Gizmos<DefaultGizmoConfigGroup>) {
+fn draw_volumes(grids: Query<&VolumeGrid>, mut gizmos: Gizmos<VolumeGizmos>) {
     for grid in grids.iter().filter_map(|grid| grid.0) {
         let (center, size) = (grid.center(), grid.size());
         gizmos.cube(

@@ -7,24 +7,29 @@
 //! (`shapes.rs`), for which a technique puts its own points into a `DebugShapes`.
 
 mod gizmos;
-mod probes;
 mod shadow_maps;
 pub(crate) mod shapes;
 mod view;
 
 use bevy::{
     app::{App, Plugin},
+    core_pipeline::tonemapping::Tonemapping,
     ecs::prelude::*,
+    pbr::check_views_need_specialization,
     reflect::prelude::*,
-    render::extract_resource::ExtractResource,
+    render::{Render, RenderApp, RenderSystems, extract_resource::ExtractResource},
 };
 use serde::{Deserialize, Serialize};
 
 pub(crate) use view::Painter;
 pub use view::{GiSlice, GiView};
 
-use crate::settings::{
-    Clamp, Clamped, FieldRange, GiTechnique, SettingsResource, SettingsResourcePlugin,
+use crate::{
+    camera::ExtractedGiCamera,
+    settings::{
+        Clamp, Clamped, FieldRange, GiSettings, GiTechnique, SettingsResource,
+        SettingsResourcePlugin,
+    },
 };
 
 /// What to show for debugging. The same for all GI cameras; those whose technique is off show their
@@ -79,13 +84,35 @@ pub(crate) struct DebugPlugin;
 
 impl Plugin for DebugPlugin {
     fn build(&self, app: &mut App) {
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.add_systems(
+                Render,
+                show_plain_values
+                    .after(RenderSystems::ExtractCommands)
+                    .before(check_views_need_specialization)
+                    .run_if(|debug: Res<GiDebugSettings>| !debug.view.is_luminance()),
+            );
+        }
         app.add_plugins((
             SettingsResourcePlugin::<GiDebugSettings>::default(),
             gizmos::VolumeGizmosPlugin,
             shapes::ShapesPlugin,
-            probes::ProbesPlugin,
             shadow_maps::ShadowMapsViewPlugin,
         ));
+    }
+}
+
+/// Numbers are shown as they are, not tone-mapped. Runs in the render world, where the camera's own choice
+/// arrives anew in every frame.
+fn show_plain_values(
+    mut commands: Commands,
+    settings: Res<GiSettings>,
+    views: Query<(Entity, &ExtractedGiCamera)>,
+) {
+    for (view, camera) in &views {
+        if camera.active_technique(&settings) != GiTechnique::Off {
+            commands.entity(view).insert(Tonemapping::None);
+        }
     }
 }
 

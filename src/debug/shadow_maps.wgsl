@@ -17,7 +17,11 @@ struct Tiles {
 fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     let pixel = in.position.xy - view.viewport.xy;
     let size = view.viewport.zw;
-    let columns = ceil(sqrt(f32(tiles.count) * size.x / size.y));
+    // As few columns as let all rows fit.
+    var columns = ceil(sqrt(f32(tiles.count) * size.x / size.y));
+    while columns > 0.0 && ceil(f32(tiles.count) / columns) * size.x / columns > size.y {
+        columns += 1.0;
+    }
     let tile = size.x / max(columns, 1.0);
     let at = vec2<u32>(pixel / tile);
     let index = at.y * u32(columns) + at.x;

@@ -18,6 +18,7 @@ use bevy::{
     shader::{Shader, load_shader_library},
 };
 
+use super::{GiDebugSettings, Painter};
 use crate::{
     schedule::GiSystems,
     surface::{SurfaceLayout, ViewSurface, init_surface_layout},
@@ -103,7 +104,11 @@ impl Plugin for ShapesPlugin {
                 Core3d,
                 draw_shapes
                     .in_set(GiSystems::ShowDebug)
-                    .run_if(any_with_component::<DebugShapes>),
+                    .run_if(any_with_component::<DebugShapes>)
+                    // Other painters cover the scene, and its depth.
+                    .run_if(|debug: Res<GiDebugSettings>| {
+                        matches!(debug.view.painter(), Painter::Bevy | Painter::Composite)
+                    }),
             );
     }
 }

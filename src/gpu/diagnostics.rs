@@ -43,7 +43,23 @@ fn publish(
     mut paths: Local<HashMap<String, DiagnosticPath>>,
 ) {
     let time = Instant::now();
-    let mut measure = |name: String, suffix: &'static str, value: u64| {
+    let memory = statistics.memory();
+    // What is gone is 0, not what it was.
+    let mut values: HashMap<String, u64> = paths.keys().map(|name| (name.clone(), 0)).collect();
+    values.insert("gi/memory/total".into(), memory.values().sum());
+    values.extend(
+        memory
+            .into_iter()
+            .map(|(name, bytes)| (format!("gi/memory/{name}"), bytes)),
+    );
+    let counts = statistics.counts().into_iter();
+    values.extend(counts.map(|(name, count)| (format!("gi/count/{name}"), count)));
+    for (name, value) in values {
+        let suffix = if name.starts_with("gi/memory") {
+            " B"
+        } else {
+            ""
+        };
         let path = paths
             .entry(name)
             .or_insert_with_key(|name| DiagnosticPath::new(name.clone()));
@@ -54,13 +70,5 @@ fn publish(
             let value = value as f64;
             diagnostic.add_measurement(DiagnosticMeasurement { time, value });
         }
-    };
-    let memory = statistics.memory();
-    measure("gi/memory/total".into(), " B", memory.values().sum());
-    for (name, bytes) in memory {
-        measure(format!("gi/memory/{name}"), " B", bytes);
-    }
-    for (name, count) in statistics.counts() {
-        measure(format!("gi/count/{name}"), "", count);
     }
 }

@@ -3,9 +3,14 @@
 use std::any::Any;
 
 use bevy::{
+    color::LinearRgba,
     ecs::prelude::*,
     math::Vec3,
-    reflect::{PartialReflect, Reflect, ReflectMut, ReflectRef, TypeInfo},
+    reflect::{
+        PartialReflect, Reflect, ReflectMut, ReflectRef, TypeInfo,
+        enums::{DynamicEnum, VariantInfo},
+        tuple::DynamicTuple,
+    },
 };
 use bevy_egui::egui;
 use bevy_inspector_egui::{
@@ -144,13 +149,18 @@ impl Group<'_> {
         docs: Option<&str>,
         ui: &mut egui::Ui,
     ) -> bool {
-        let options = self.range(name).and_then(|range| options(value, range));
+        let range = self.range(name);
+        let options = range.and_then(|range| options(value, range));
+        let before = value.to_dynamic();
         let mut context = Context::default();
         let mut inspector = InspectorUi::new_no_short_circuit(types, &mut context);
         let id = egui::Id::new((self.title, name));
         ui.scope(|ui| {
             ui.spacing_mut().slider_width = 130.0;
             let inner = ui.vertical(|ui| match &options {
+                _ if range.is_some() && has_color(value) => {
+                    color_choice(value, range.map_or(1.0, |range| range.max), id, ui)
+                }
                 Some(options) => {
                     inspector.ui_for_reflect_with_options(value, ui, id, options.as_ref())
                 }
@@ -159,10 +169,94 @@ impl Group<'_> {
             if let Some(docs) = docs {
                 inner.response.on_hover_text(plain(docs));
             }
+            // What is typed may be no number; no renderer bears that.
+            if inner.inner && !is_finite(value) {
+                value.apply(&*before);
+                return false;
+            }
             inner.inner
         })
         .inner
     }
+}
+
+/// Whether all numbers in a value are finite.
+fn is_finite(value: &dyn PartialReflect) -> bool {
+    if let Some(x) = value.try_downcast_ref::<f32>() {
+        return x.is_finite();
+    }
+    match value.reflect_ref() {
+        ReflectRef::Struct(fields) => fields.iter_fields().all(|(_, field)| is_finite(field)),
+        ReflectRef::TupleStruct(fields) => fields.iter_fields().all(is_finite),
+        ReflectRef::Tuple(fields) => fields.iter_fields().all(is_finite),
+        ReflectRef::Enum(variant) => variant.iter_fields().all(|field| is_finite(field.value())),
+        _ => true,
+    }
+}
+
+/// Whether some variant of an enum holds luminances.
+fn has_color(value: &dyn PartialReflect) -> bool {
+    let Some(TypeInfo::Enum(info)) = value.get_represented_type_info() else {
+        return false;
+    };
+    info.iter().any(|variant| match variant {
+        VariantInfo::Tuple(info) => info
+            .field_at(0)
+            .is_some_and(|field| field.is::<LinearRgba>()),
+        _ => false,
+    })
+}
+
+/// An enum, one variant of which holds luminances in nits: a colour picker would end at 1.
+fn color_choice(value: &mut dyn PartialReflect, max: f64, id: egui::Id, ui: &mut egui::Ui) -> bool {
+    let Some(TypeInfo::Enum(info)) = value.get_represented_type_info() else {
+        return false;
+    };
+    let ReflectMut::Enum(variant) = value.reflect_mut() else {
+        return false;
+    };
+    let mut name = variant.variant_name().to_owned();
+    let before = name.clone();
+    egui::ComboBox::from_id_salt(id)
+        .selected_text(&before)
+        .show_ui(ui, |ui| {
+            for choice in info.iter() {
+                ui.selectable_value(&mut name, choice.name().to_owned(), choice.name());
+            }
+        });
+    if name != before {
+        let new = match info.variant(&name) {
+            Some(VariantInfo::Tuple(_)) => {
+                // As bright as an overcast sky.
+                let mut fields = DynamicTuple::default();
+                fields.insert(LinearRgba::rgb(1000.0, 1000.0, 1000.0));
+                DynamicEnum::new(name, fields)
+            }
+            _ => DynamicEnum::new(name, ()),
+        };
+        variant.apply(&new);
+        return true;
+    }
+    let Some(color) = variant
+        .field_at_mut(0)
+        .and_then(|field| field.try_downcast_mut::<LinearRgba>())
+    else {
+        return false;
+    };
+    let mut changed = false;
+    ui.horizontal(|ui| {
+        for (channel, value) in [
+            ("r", &mut color.red),
+            ("g", &mut color.green),
+            ("b", &mut color.blue),
+        ] {
+            let speed = (0.01 * f64::from(*value)).max(0.01);
+            let drag = egui::DragValue::new(value).range(0.0..=max).speed(speed);
+            changed |= ui.add(drag.prefix(format!("{channel} "))).changed();
+        }
+        ui.label("nits");
+    });
+    changed
 }
 
 fn reset(default: Option<&dyn PartialReflect>, value: Option<&mut dyn PartialReflect>) -> bool {

@@ -34,9 +34,12 @@ pub fn from_ron(world: &mut World, text: &str) -> Result<(), String> {
         .cloned()
         .ok_or("the app has no GiPlugins")?;
     let mut deserializer = ron::Deserializer::from_str(text).map_err(|e| e.to_string())?;
-    registry
+    let values = registry
         .deserialize(world, &mut deserializer)
-        .map_err(|e| deserializer.span_error(e).to_string())
+        .and_then(|values| deserializer.end().map(|()| values))
+        .map_err(|e| deserializer.span_error(e).to_string())?;
+    values.apply(world);
+    Ok(())
 }
 
 /// All settings as Rust code.

@@ -9,7 +9,7 @@ use bevy::{
 use bevy_egui::{EguiContext, PrimaryEguiContext, egui};
 
 use super::GiInspector;
-use crate::GiVolume;
+use crate::{GiCamera, GiVolume};
 
 /// Part of the distance to the camera that arrows are long.
 const ARROW: f32 = 0.12;
@@ -26,14 +26,15 @@ const COLORS: [egui::Color32; 3] = [
 struct Eye {
     camera: Camera,
     transform: GlobalTransform,
+    /// Points of Egui in a logical pixel.
+    zoom: f32,
 }
 
 impl Eye {
     /// In points of Egui; `None` behind the camera.
     fn project(&self, world: Vec3) -> Option<egui::Pos2> {
         let Vec2 { x, y } = self.camera.world_to_viewport(&self.transform, world).ok()?;
-        let corner = self.camera.logical_viewport_rect()?.min;
-        Some(egui::pos2(x + corner.x, y + corner.y))
+        Some(egui::pos2(x, y) * self.zoom)
     }
 }
 
@@ -47,9 +48,18 @@ pub(super) fn show(world: &mut World) {
         return;
     };
     let mut context = context.clone();
+    let ctx = context.get_mut();
+    // What has the panel may be a camera for a user interface alone.
+    let (mut camera, mut transform) = (camera.clone(), *transform);
+    let mut cameras = world.query_filtered::<(&Camera, &GlobalTransform), With<GiCamera>>();
+    let active = cameras.iter(world).filter(|(camera, _)| camera.is_active);
+    if let Some((first, place)) = active.min_by_key(|(camera, _)| camera.order) {
+        (camera, transform) = (first.clone(), *place);
+    }
     let eye = Eye {
-        camera: camera.clone(),
-        transform: *transform,
+        camera,
+        transform,
+        zoom: ctx.native_pixels_per_point().unwrap_or(1.0) / ctx.pixels_per_point(),
     };
     let place = (
         world.get::<GlobalTransform>(selected).copied(),
@@ -62,7 +72,6 @@ pub(super) fn show(world: &mut World) {
     if world.get::<Camera>(selected).is_some() {
         return;
     }
-    let ctx = context.get_mut();
     let id = egui::Id::new(("gi_handles", selected));
     let layer = egui::LayerId::new(egui::Order::Background, id);
     let painter = ctx.layer_painter(layer);

@@ -8,7 +8,7 @@ use bevy::{
         query::{QueryFilter, ReadOnlyQueryData},
     },
     light::{DirectionalLight, PointLight, RectLight, SpotLight},
-    math::Vec3,
+    math::{Vec3, Vec3A},
     reflect::Reflect,
     transform::components::{GlobalTransform, Transform},
 };
@@ -26,6 +26,19 @@ type AnyLight = Or<(
     With<DirectionalLight>,
     With<RectLight>,
 )>;
+
+/// Made by the panel.
+#[derive(Component)]
+struct Spawned;
+
+/// Takes components from an entity; one that the panel has made goes as a whole.
+fn remove<B: Bundle>(world: &mut World, entity: Entity) {
+    if world.get::<Spawned>(entity).is_some() {
+        world.despawn(entity);
+    } else {
+        world.entity_mut(entity).remove::<B>();
+    }
+}
 
 /// Entities of a kind, with a line for each.
 fn list<D: ReadOnlyQueryData, F: QueryFilter>(
@@ -62,7 +75,9 @@ fn section(
                 if inspector.selected == Some(*entity) {
                     ui.indent(entity, |ui| {
                         parameters(world, *entity, &inspector.search, ui);
-                        place(world, *entity, ui);
+                        if world.get_entity(*entity).is_ok() {
+                            place(world, *entity, ui);
+                        }
                     });
                 }
             }
@@ -72,6 +87,10 @@ fn section(
 /// The tab.
 pub(super) fn show(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     fields::search(&mut inspector.search, ui);
+    // It may have gone since.
+    inspector.selected = inspector
+        .selected
+        .filter(|entity| world.get_entity(*entity).is_ok());
     volumes(world, inspector, ui);
     lights(world, inspector, ui);
     cameras(world, inspector, ui);
@@ -94,7 +113,7 @@ fn volumes(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         |world, entity, search, ui| {
             component::<GiVolume>(world, entity, &GiVolume::ranges(), search, ui);
             if ui.button("Remove volume").clicked() {
-                world.despawn(entity);
+                remove::<GiVolume>(world, entity);
             }
         },
     );
@@ -104,7 +123,11 @@ fn volumes(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         .clicked()
     {
         let at = ahead(world, 5.0);
-        let volume = world.spawn((GiVolume::default(), Transform::from_translation(at)));
+        let volume = world.spawn((
+            Spawned,
+            GiVolume::default(),
+            Transform::from_translation(at),
+        ));
         inspector.selected = Some(volume.id());
     }
 }
@@ -158,7 +181,9 @@ fn lights(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
             component::<DirectionalLight>(world, entity, &[], search, ui);
             component::<RectLight>(world, entity, &[], search, ui);
             if ui.button("Remove light").clicked() {
-                world.despawn(entity);
+                remove::<(PointLight, SpotLight, DirectionalLight, RectLight, GiLight)>(
+                    world, entity,
+                );
             }
         },
     );
@@ -170,21 +195,24 @@ fn lights(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
                 shadow_maps_enabled: true,
                 ..Default::default()
             };
-            Some(world.spawn((light, at)).id())
+            Some(world.spawn((Spawned, light, at)).id())
         } else if ui.button("+ spot light").clicked() {
             let at = at(world).looking_to(Vec3::NEG_Y, Vec3::X);
             let light = SpotLight {
                 shadow_maps_enabled: true,
                 ..Default::default()
             };
-            Some(world.spawn((light, at)).id())
+            Some(world.spawn((Spawned, light, at)).id())
+        } else if ui.button("+ rect light").clicked() {
+            let at = at(world).looking_to(Vec3::NEG_Y, Vec3::X);
+            Some(world.spawn((Spawned, RectLight::default(), at)).id())
         } else if ui.button("+ sun").clicked() {
             let at = at(world).looking_to(Vec3::new(0.3, -1.0, 0.2), Vec3::X);
             let light = DirectionalLight {
                 shadow_maps_enabled: true,
                 ..Default::default()
             };
-            Some(world.spawn((light, at)).id())
+            Some(world.spawn((Spawned, light, at)).id())
         } else {
             None
         };
@@ -252,16 +280,19 @@ fn place(world: &mut World, entity: Entity, ui: &mut egui::Ui) {
         return;
     };
     let mut new = transform;
-    let row = |ui: &mut egui::Ui, what: &str, vector: &mut Vec3, speed: f32| {
+    let row = |ui: &mut egui::Ui, what: &str, vector: &mut Vec3, speed: f32, min: f32| {
         ui.horizontal(|ui| {
             ui.label(what);
             for value in [&mut vector.x, &mut vector.y, &mut vector.z] {
-                ui.add(egui::DragValue::new(value).speed(speed).range(-1e6..=1e6));
+                ui.add(egui::DragValue::new(value).speed(speed).range(min..=1e6));
             }
         });
     };
-    row(ui, "position, m", &mut new.translation, 0.05);
-    row(ui, "scale", &mut new.scale, 0.01);
+    row(ui, "position, m", &mut new.translation, 0.05, -1e6);
+    // Lights and cameras have a size of their own.
+    if world.get::<GiVolume>(entity).is_some() {
+        row(ui, "scale", &mut new.scale, 0.01, 1e-3);
+    }
     if new != transform
         && let Some(mut transform) = world.get_mut::<Transform>(entity)
     {
@@ -274,6 +305,7 @@ fn ahead(world: &mut World, distance: f32) -> Vec3 {
     let mut cameras = world.query_filtered::<(&Camera, &GlobalTransform), With<GiCamera>>();
     let first = cameras.iter(world).min_by_key(|(camera, _)| camera.order);
     first.map_or(Vec3::ZERO, |(_, transform)| {
-        transform.translation() + transform.forward() * distance
+        let forward = Vec3::from(transform.affine().matrix3 * Vec3A::NEG_Z);
+        transform.translation() + forward.normalize_or_zero() * distance
     })
 }

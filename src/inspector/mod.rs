@@ -30,6 +30,7 @@ mod shaders;
 
 use bevy::{
     app::{App, Plugin, Update},
+    diagnostic::DiagnosticsStore,
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     input::{ButtonInput, keyboard::KeyCode},
     log::warn,
@@ -42,6 +43,8 @@ use bevy_inspector_egui::DefaultInspectorConfigPlugin;
 pub use bevy_egui;
 pub use files::{from_ron, to_ron};
 pub use panel::Tab;
+
+use crate::GiSettingsRegistry;
 
 /// Adds the panel. Needs Egui: without an `EguiPlugin` in the app, it warns and does nothing.
 ///
@@ -132,8 +135,7 @@ impl Plugin for GiInspectorPlugin {
         if !app.is_plugin_added::<DefaultInspectorConfigPlugin>() {
             app.add_plugins(DefaultInspectorConfigPlugin);
         }
-        app.init_resource::<cost::CostHistory>()
-            .add_systems(Update, cost::record.run_if(is_open));
+        app.init_resource::<cost::CostHistory>();
     }
 
     fn finish(&self, app: &mut App) {
@@ -143,6 +145,16 @@ impl Plugin for GiInspectorPlugin {
             );
             return;
         }
+        if !app.world().contains_resource::<GiSettingsRegistry>() {
+            warn!("GiInspectorPlugin does nothing: the app has no GiPlugins");
+            return;
+        }
+        app.add_systems(
+            Update,
+            cost::record
+                .run_if(is_open)
+                .run_if(resource_exists::<DiagnosticsStore>),
+        );
         app.add_systems(
             EguiPrimaryContextPass,
             (handles::show, panel::show).chain().run_if(is_open),

@@ -153,23 +153,10 @@ fn technique(world: &mut World, ui: &mut egui::Ui) {
                  technique stay"
             ));
             if button.clicked() {
-                apply_preset(world, &entries, name);
+                registry.apply_preset(world, name);
             }
         }
     });
-}
-
-/// Sets all resources that have it to a preset. What is no question of quality stays: the technique,
-/// and what the scene needs.
-fn apply_preset(world: &mut World, entries: &[&SettingsEntry], name: &str) {
-    let kept = world.resource::<GiSettings>().clone();
-    for entry in entries {
-        if let (Some(preset), Some(mut value)) = (entry.preset(name), entry.get_mut(world)) {
-            value.apply(preset.as_partial_reflect());
-        }
-    }
-    let mut settings = world.resource_mut::<GiSettings>();
-    *settings = settings.clone().with_scene_of(&kept);
 }
 
 fn settings(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
@@ -298,8 +285,13 @@ mod tests {
             };
             for i in 0..fields.field_len() {
                 let name = fields.name_at(i).unwrap().replace('_', " ");
+                // Alone, marked, or with its unit.
+                let is_it = |line: &str| {
+                    let line = line.trim_start_matches("• ");
+                    line == name || line.starts_with(&format!("{name}, "))
+                };
                 assert!(
-                    text.contains(&name),
+                    text.lines().any(is_it),
                     "{}: {name} is missing in\n{text}",
                     entry.name
                 );

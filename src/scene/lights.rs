@@ -13,7 +13,7 @@ use bevy::{
     ecs::prelude::*,
     light::{DirectionalLight, PointLight, RectLight, SpotLight},
     log::warn_once,
-    math::Vec3,
+    math::{Vec3, Vec3A},
     reflect::prelude::*,
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
@@ -201,12 +201,17 @@ fn rgb(color: Color, factor: f32) -> Vec3 {
     color.to_linear().to_vec3().max(Vec3::ZERO) * factor
 }
 
+/// Where a light looks; 0 if its transform is without size, which Bevy's own `forward` does not bear.
+fn forward(transform: &GlobalTransform) -> Vec3 {
+    Vec3::from(transform.affine().matrix3 * Vec3A::NEG_Z).normalize_or_zero()
+}
+
 impl ToGpuLight for DirectionalLight {
     fn to_gpu(&self, transform: &GlobalTransform) -> GpuLight {
         GpuLight {
             kind: LightKind::Directional as u32,
             color: rgb(self.color, self.illuminance),
-            direction: transform.forward().into(),
+            direction: forward(transform),
             ..Default::default()
         }
     }
@@ -220,7 +225,7 @@ impl ToGpuLight for PointLight {
             // Bevy: lumens over the sphere's solid angle.
             color: rgb(self.color, self.intensity / (4.0 * PI)),
             range: self.range,
-            direction: transform.forward().into(),
+            direction: forward(transform),
             ..Default::default()
         }
     }
@@ -234,7 +239,7 @@ impl ToGpuLight for SpotLight {
             // Bevy divides a spot's lumens by the whole sphere too.
             color: rgb(self.color, self.intensity / (4.0 * PI)),
             range: self.range,
-            direction: transform.forward().into(),
+            direction: forward(transform),
             cos_inner: self.inner_angle.cos(),
             cos_outer: self.outer_angle.cos(),
             ..Default::default()
@@ -254,7 +259,7 @@ impl ToGpuLight for RectLight {
             // A diffuse emitter of one side: power = pi * area * luminance.
             color: rgb(self.color, self.intensity / (PI * area.max(1e-6))),
             range: self.range,
-            direction: transform.forward().into(),
+            direction: forward(transform),
             half_width,
             half_height,
             ..Default::default()
@@ -272,7 +277,7 @@ fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut V
         gpu.color *= share.intensity;
         let finite = gpu.position.is_finite()
             && gpu.color.is_finite()
-            && gpu.direction.is_finite()
+            && gpu.direction != Vec3::ZERO
             && gpu.half_width.is_finite()
             && gpu.half_height.is_finite();
         if finite && gpu.color.max_element() > 0.0 {

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 pub use clamp::FieldRange;
 pub(crate) use clamp::{Clamp, Clamped};
-pub use registry::{GiSettingsRegistry, SettingsEntry};
+pub use registry::{GiSettingsRegistry, SettingsEntry, SettingsValues};
 pub(crate) use registry::{SettingsResource, SettingsResourcePlugin};
 
 /// Which technique computes the indirect light.

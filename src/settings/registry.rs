@@ -6,7 +6,7 @@ use bevy::{
     app::{App, Last, Plugin},
     ecs::{component::Mutable, prelude::*, schedule::IntoScheduleConfigs, world::Mut},
     reflect::{
-        Reflect, TypePath,
+        PartialReflect, Reflect, TypePath,
         serde::{TypedReflectDeserializer, TypedReflectSerializer},
     },
     render::extract_resource::{ExtractResource, ExtractResourcePlugin},
@@ -17,7 +17,7 @@ use serde::{
     ser::SerializeMap,
 };
 
-use super::{Clamp, Clamped, FieldRange, GiTechnique};
+use super::{Clamp, Clamped, FieldRange, GiSettings, GiTechnique};
 use crate::gpu::statistics::GiStatistics;
 
 /// A settings resource: all parameters of one part of the crate.
@@ -140,29 +140,55 @@ impl GiSettingsRegistry {
         map.end()
     }
 
-    /// Sets settings of a world from such a map. What the map leaves out stays as it is; fields that
-    /// a value leaves out get their default.
+    /// Reads such a map. What it leaves out is not in the result; fields that a value leaves out have
+    /// their default.
     ///
     /// # Errors
     /// Those of the format; a name that no settings resource has; a field that a type does not have.
-    /// Nothing is changed then.
     pub fn deserialize<'de, D: Deserializer<'de>>(
         &self,
-        world: &mut World,
+        world: &World,
         deserializer: D,
-    ) -> Result<(), D::Error> {
-        let types = world.resource::<AppTypeRegistry>().clone();
-        let types = types.read();
+    ) -> Result<SettingsValues, D::Error> {
+        let types = world.resource::<AppTypeRegistry>().read();
         let visitor = Values {
             registry: self,
             types: &types,
         };
-        for (entry, value) in deserializer.deserialize_map(visitor)? {
-            if let Some(mut resource) = entry.get_mut(world) {
-                resource.apply(value.as_partial_reflect());
+        deserializer.deserialize_map(visitor).map(SettingsValues)
+    }
+
+    /// Sets all resources for all techniques, and those of the technique in force, to their preset of that
+    /// name. What is no question of quality stays, see [`GiSettings::with_scene_of`]. False if none has it.
+    pub fn apply_preset(&self, world: &mut World, name: &str) -> bool {
+        let kept = world.resource::<GiSettings>().clone();
+        let mut found = false;
+        for entry in &self.entries {
+            if entry.technique.is_some_and(|t| t != kept.technique) {
+                continue;
+            }
+            if let (Some(preset), Some(mut value)) = (entry.preset(name), entry.get_mut(world)) {
+                value.apply(preset.as_partial_reflect());
+                found = true;
             }
         }
-        Ok(())
+        let mut settings = world.resource_mut::<GiSettings>();
+        *settings = settings.clone().with_scene_of(&kept);
+        found
+    }
+}
+
+/// Values of settings resources, not yet in force.
+pub struct SettingsValues(Vec<(SettingsEntry, Box<dyn PartialReflect>)>);
+
+impl SettingsValues {
+    /// Puts them into a world.
+    pub fn apply(&self, world: &mut World) {
+        for (entry, value) in &self.0 {
+            if let Some(mut resource) = entry.get_mut(world) {
+                resource.apply(&**value);
+            }
+        }
     }
 }
 
@@ -180,8 +206,8 @@ struct Values<'a> {
     types: &'a bevy::reflect::TypeRegistry,
 }
 
-impl<'de, 'a> Visitor<'de> for Values<'a> {
-    type Value = Vec<(&'a SettingsEntry, Box<dyn bevy::reflect::PartialReflect>)>;
+impl<'de> Visitor<'de> for Values<'_> {
+    type Value = Vec<(SettingsEntry, Box<dyn PartialReflect>)>;
 
     fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         write!(f, "a map from names of settings resources to settings")
@@ -201,7 +227,7 @@ impl<'de, 'a> Visitor<'de> for Values<'a> {
             let id = entry.default_value().as_any().type_id();
             let registration = self.types.get(id).ok_or_else(known)?;
             let seed = TypedReflectDeserializer::new(registration, self.types);
-            values.push((entry, map.next_value_seed(seed)?));
+            values.push((entry.clone(), map.next_value_seed(seed)?));
         }
         Ok(values)
     }

@@ -61,24 +61,24 @@ fn occupied(cell: vec3<u32>, level: u32) -> bool {
     return opacity > 0.0;
 }
 
-// Mean of the surfaces in a cell; of large cells, of some of the voxels, chosen so that each plane of
-// voxels at right angles to an axis has as many of them.
+// Mean of the surfaces in a cell; of large cells, of 512 voxels, among them some of each plane of voxels at
+// right angles to an axis.
 fn mean_voxel(cell: vec3<u32>, level: u32) -> Voxel {
     let width = 1u << level;
-    let stride = 1u << max(2u * level, 8u) - 8u;
+    let samples = min(width * width * width, 512u);
     var sum: Voxel;
     var count = 0.0;
-    for (var y = 0u; y < width; y++) {
-        for (var x = 0u; x < width; x++) {
-            for (var z = (x + y) % min(stride, width); z < width; z += stride) {
-                let v = load_voxel(cell * width + vec3(x, y, z));
-                if v.exists {
-                    sum.albedo += v.albedo;
-                    sum.normal += v.normal;
-                    sum.emission += v.emission;
-                    count += 1.0;
-                }
-            }
+    for (var i = 0u; i < samples; i++) {
+        var at = vec3(i % width, (i / width) % width, i / (width * width));
+        if width > 8u {
+            at = vec3(i, 5u * i + i / width, 11u * i + i / width) % vec3(width);
+        }
+        let v = load_voxel(cell * width + at);
+        if v.exists {
+            sum.albedo += v.albedo;
+            sum.normal += v.normal;
+            sum.emission += v.emission;
+            count += 1.0;
         }
     }
     sum.exists = count > 0.0;

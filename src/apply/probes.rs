@@ -12,18 +12,18 @@ use bevy::{
     },
 };
 
-use super::{
-    GiDebugSettings,
-    shapes::{DebugShapes, GpuShape},
-};
+use super::export::{self, ExportCubes};
 use crate::{
-    apply::export::{self, ExportCubes},
+    debug::{
+        GiDebugSettings,
+        shapes::{DebugShapes, GpuShape},
+    },
     gpu::compute::{ComputePass, Recorder, groups},
     scene::volume::ExtractedVolume,
     schedule::GiSystems,
 };
 
-const NAME: &str = "gi/debug/probes";
+const NAME: &str = "gi/apply/show_probes";
 
 /// Uniform of `probes.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
@@ -48,7 +48,7 @@ struct ProbesJob {
     probes: UVec3,
 }
 
-pub(super) struct ProbesPlugin;
+pub(crate) struct ProbesPlugin;
 
 impl Plugin for ProbesPlugin {
     fn build(&self, app: &mut App) {
@@ -57,6 +57,7 @@ impl Plugin for ProbesPlugin {
             return;
         };
         render_app
+            .add_observer(drop_probes)
             .add_systems(RenderStartup, init_pass)
             .add_systems(
                 Render,
@@ -69,6 +70,13 @@ impl Plugin for ProbesPlugin {
                     .run_if(any_with_component::<ProbesJob>),
             );
     }
+}
+
+/// A volume that is gone takes its spheres with it.
+fn drop_probes(removed: On<Remove, ExtractedVolume>, mut commands: Commands) {
+    commands
+        .entity(removed.entity)
+        .try_remove::<(ProbesJob, DebugShapes)>();
 }
 
 fn init_pass(mut commands: Commands, server: Res<AssetServer>, cache: Res<PipelineCache>) {
