@@ -28,6 +28,8 @@ struct Eye {
     transform: GlobalTransform,
     /// Points of Egui in a logical pixel.
     zoom: f32,
+    /// What docked panels leave of the window.
+    visible: egui::Rect,
 }
 
 impl Eye {
@@ -59,6 +61,8 @@ pub(super) fn show(world: &mut World) {
     let eye = Eye {
         camera,
         transform,
+        #[allow(deprecated, reason = "the only way to know in a context that others draw into")]
+        visible: ctx.available_rect(),
         zoom: ctx.native_pixels_per_point().unwrap_or(1.0) / ctx.pixels_per_point(),
     };
     let place = (
@@ -74,7 +78,7 @@ pub(super) fn show(world: &mut World) {
     }
     let id = egui::Id::new(("gi_handles", selected));
     let layer = egui::LayerId::new(egui::Order::Background, id);
-    let painter = ctx.layer_painter(layer);
+    let painter = ctx.layer_painter(layer).with_clip_rect(eye.visible);
     let center = global.translation();
 
     let mut moved = arrows(ctx, &painter, id, &eye, center);
@@ -154,7 +158,8 @@ fn arrows(
     };
     let length = ARROW * eye.transform.translation().distance(center);
     for (axis, unit) in Vec3::AXES.into_iter().enumerate() {
-        let Some(to) = eye.project(center + length * unit) else {
+        let to = eye.project(center + length * unit);
+        let Some(to) = to.filter(|to| eye.visible.contains(*to)) else {
             continue;
         };
         painter.line_segment([from, to], egui::Stroke::new(2.5, COLORS[axis]));
@@ -177,7 +182,8 @@ fn sides(
     for (axis, unit) in Vec3::AXES.into_iter().enumerate() {
         for sign in [1.0, -1.0] {
             let half = 0.5 * size[axis];
-            let Some(to) = eye.project(center + sign * half * unit) else {
+            let to = eye.project(center + sign * half * unit);
+            let Some(to) = to.filter(|to| eye.visible.contains(*to)) else {
                 continue;
             };
             let id = id.with(("side", axis, sign > 0.0));

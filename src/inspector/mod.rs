@@ -157,7 +157,7 @@ impl Plugin for GiInspectorPlugin {
         );
         app.add_systems(
             EguiPrimaryContextPass,
-            (handles::show, panel::show).chain().run_if(is_open),
+            (panel::show, handles::show).chain().run_if(is_open),
         );
     }
 }
