@@ -61,7 +61,10 @@ pub(super) fn show(world: &mut World) {
     let eye = Eye {
         camera,
         transform,
-        #[allow(deprecated, reason = "the only way to know in a context that others draw into")]
+        #[allow(
+            deprecated,
+            reason = "the only way to know in a context that others draw into"
+        )]
         visible: ctx.available_rect(),
         zoom: ctx.native_pixels_per_point().unwrap_or(1.0) / ctx.pixels_per_point(),
     };
