@@ -134,6 +134,12 @@ impl GiQuality {
             Self::Ultra => "ultra",
         }
     }
+
+    /// All presets of a type under their names, and the values of its paper.
+    pub(crate) fn named<T>(preset: impl Fn(Self) -> T, paper: T) -> Vec<(&'static str, T)> {
+        let qualities = Self::ALL.into_iter().map(|q| (q.name(), preset(q)));
+        qualities.chain([("paper", paper)]).collect()
+    }
 }
 
 /// What holds for every technique.
@@ -269,11 +275,7 @@ impl SettingsResource for GiSettings {
     const TECHNIQUE: Option<GiTechnique> = None;
 
     fn presets() -> Vec<(&'static str, Self)> {
-        let qualities = GiQuality::ALL.map(|quality| (quality.name(), Self::preset(quality)));
-        qualities
-            .into_iter()
-            .chain([("paper", Self::paper())])
-            .collect()
+        GiQuality::named(Self::preset, Self::paper())
     }
 }
 

@@ -184,11 +184,7 @@ impl SettingsResource for VoxelConeTracingSettings {
     const TECHNIQUE: Option<GiTechnique> = Some(GiTechnique::VoxelConeTracing);
 
     fn presets() -> Vec<(&'static str, Self)> {
-        let qualities = GiQuality::ALL.map(|quality| (quality.name(), Self::preset(quality)));
-        qualities
-            .into_iter()
-            .chain([("paper", Self::paper())])
-            .collect()
+        GiQuality::named(Self::preset, Self::paper())
     }
 }
 
