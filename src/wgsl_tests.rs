@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// Shaders with entry points, and the definitions of each of their variants.
-const VARIANTS: [(&str, &[&[&str]]); 15] = [
+const VARIANTS: [(&str, &[&[&str]]); 19] = [
     ("scene/voxels/allocate.wgsl", &[&[]]),
     ("scene/voxels/resolve.wgsl", &[&[]]),
     ("scene/voxels/voxelize.wgsl", &[PREPASS, PREPASS_BARE]),
@@ -49,8 +49,12 @@ const VARIANTS: [(&str, &[&[&str]]); 15] = [
     ("apply/denoise.wgsl", &[&[]]),
     ("apply/composite.wgsl", &[&[]]),
     ("technique/vct/debug.wgsl", &[&[]]),
-    ("debug/shadow_maps.wgsl", &[&[]]),
+    ("debug/light_maps.wgsl", &[&[], &["RSM"]]),
+    ("scene/rsm/resolve.wgsl", &[&[]]),
+    ("scene/rsm/sum.wgsl", &[&[]]),
+    ("scene/rsm/vpls.wgsl", &[&[]]),
     ("debug/shapes.wgsl", &[&[]]),
+    ("debug/vpls.wgsl", &[&[]]),
     ("apply/probes.wgsl", &[&[]]),
 ];
 
@@ -102,9 +106,8 @@ fn validate(
     }
 }
 
-/// An app without a renderer, with Bevy's shaders and ours loaded.
-pub(crate) fn load(shaders: &[&str]) -> (App, Vec<Handle<Shader>>) {
-    let mut app = App::new();
+/// All of Bevy and of this crate, without a renderer and a window.
+pub(crate) fn add_plugins(app: &mut App) {
     app.add_plugins((
         DefaultPlugins
             .set(RenderPlugin {
@@ -118,11 +121,22 @@ pub(crate) fn load(shaders: &[&str]) -> (App, Vec<Handle<Shader>>) {
             .disable::<LogPlugin>(),
         GiPlugins,
     ));
+}
+
+/// All plugins are ready.
+pub(crate) fn finish(app: &mut App) {
     while app.plugins_state() == PluginsState::Adding {
         bevy::tasks::tick_global_task_pools_on_main_thread();
     }
     app.finish();
     app.cleanup();
+}
+
+/// Such an app, with Bevy's shaders and ours loaded.
+pub(crate) fn load(shaders: &[&str]) -> (App, Vec<Handle<Shader>>) {
+    let mut app = App::new();
+    add_plugins(&mut app);
+    finish(&mut app);
     let server = app.world().resource::<AssetServer>().clone();
     let handles: Vec<_> = shaders
         .iter()

@@ -24,6 +24,8 @@ mod off;
 mod quality;
 #[path = "gpu/rooms.rs"]
 mod rooms;
+#[path = "gpu/rsm.rs"]
+mod rsm;
 #[path = "gpu/support.rs"]
 mod support;
 #[path = "gpu/time.rs"]

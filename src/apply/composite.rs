@@ -10,7 +10,6 @@ use bevy::{
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
         camera::ExtractedCamera,
-        diagnostic::RecordDiagnostics,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
         texture::FallbackImage,
@@ -28,6 +27,7 @@ use super::{
 use crate::{
     debug::{GiDebugSettings, GiView, Painter},
     gpu::caps::supported,
+    gpu::fullscreen::camera_pass,
     schedule::GiSystems,
     settings::GiSettings,
     surface::{SurfaceLayout, ViewSurface, init_surface_layout},
@@ -238,20 +238,18 @@ fn composite(
     if debug.view.painter() != Painter::Composite {
         return;
     }
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
-        label: Some("gi/apply/composite"),
-        color_attachments: &[Some(target.get_color_attachment())],
-        ..Default::default()
-    });
-    let span = diagnostics.pass_span(&mut pass, "gi/apply/composite");
-    if let Some(viewport) = &camera.viewport {
-        pass.set_camera_viewport(viewport);
-    }
-    pass.set_render_pipeline(pipeline);
-    pass.set_bind_group(0, &surface.bind_group, &[offset.offset]);
-    pass.set_bind_group(1, &composite.bind_group, &[]);
-    pass.draw(0..3, 0..1);
-    span.end(&mut pass);
+    let color = target.get_color_attachment();
+    camera_pass(
+        &mut ctx,
+        "gi/apply/composite",
+        camera,
+        color,
+        None,
+        |pass| {
+            pass.set_render_pipeline(pipeline);
+            pass.set_bind_group(0, &surface.bind_group, &[offset.offset]);
+            pass.set_bind_group(1, &composite.bind_group, &[]);
+            pass.draw(0..3, 0..1);
+        },
+    );
 }

@@ -5,11 +5,12 @@ use std::marker::PhantomData;
 use bevy::{
     app::{App, Plugin},
     asset::AssetServer,
+    camera::Camera,
     core_pipeline::schedule::Core3d,
     ecs::prelude::*,
     math::{UVec2, UVec3, Vec3},
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
         view::ViewUniformOffset,
@@ -18,6 +19,7 @@ use bevy::{
 };
 
 use crate::{
+    camera::GiCamera,
     gpu::{
         caps::supported,
         compute::{ComputePass, Recorder, groups},
@@ -25,6 +27,7 @@ use crate::{
     },
     scene::{
         bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
+        needs::{NeedsKnown, SceneNeeds},
         volume::ExtractedVolume,
     },
     schedule::GiSystems,
@@ -280,6 +283,7 @@ impl<T: Technique> Plugin for GatherPlugin<T> {
                     .after(init_surface_layout),
             )
             .add_observer(drop_cache::<T>)
+            .add_systems(ExtractSchedule, extract_needs::<T>.in_set(NeedsKnown))
             .add_systems(Core3d, gather::<T>.in_set(GiSystems::Gather));
     }
 }
@@ -309,6 +313,20 @@ fn init_gather_pipeline<T: Technique>(
         defs,
     );
     commands.insert_resource(GatherPipeline::<T>(pass, PhantomData));
+}
+
+/// Says what the technique needs, if some camera uses it.
+fn extract_needs<T: Technique>(
+    settings: Extract<Res<GiSettings>>,
+    cameras: Extract<Query<(&Camera, &GiCamera)>>,
+    mut needs: ResMut<SceneNeeds>,
+) {
+    let uses = |(camera, gi): (&Camera, &GiCamera)| {
+        camera.is_active && gi.active_technique(&settings) == T::TECHNIQUE
+    };
+    if cameras.iter().any(uses) {
+        needs.add(T::NEEDS);
+    }
 }
 
 /// A volume that is gone takes the technique's cache with it.

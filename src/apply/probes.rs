@@ -8,7 +8,7 @@ use bevy::{
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
         render_resource::{binding_types::*, *},
-        renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue},
+        renderer::{RenderDevice, RenderQueue},
     },
 };
 
@@ -16,11 +16,10 @@ use super::export::{self, ExportCubes};
 use crate::{
     debug::{
         GiDebugSettings,
-        shapes::{DebugShapes, GpuShape},
+        shapes::{DebugShapes, FillShapes},
     },
-    gpu::compute::{ComputePass, Recorder, groups},
+    gpu::compute::ComputePass,
     scene::volume::ExtractedVolume,
-    schedule::GiSystems,
 };
 
 const NAME: &str = "gi/apply/show_probes";
@@ -41,13 +40,6 @@ struct ProbesPass {
     layout: BindGroupLayoutDescriptor,
 }
 
-/// Group 0 of the pass, on a volume's entity.
-#[derive(Component)]
-struct ProbesJob {
-    group: BindGroup,
-    probes: UVec3,
-}
-
 pub(crate) struct ProbesPlugin;
 
 impl Plugin for ProbesPlugin {
@@ -62,21 +54,13 @@ impl Plugin for ProbesPlugin {
             .add_systems(
                 Render,
                 prepare_probes.in_set(RenderSystems::PrepareBindGroups),
-            )
-            .add_systems(
-                RenderGraph,
-                fill_shapes
-                    .in_set(GiSystems::FillDebug)
-                    .run_if(any_with_component::<ProbesJob>),
             );
     }
 }
 
 /// A volume that is gone takes its spheres with it.
 fn drop_probes(removed: On<Remove, ExtractedVolume>, mut commands: Commands) {
-    commands
-        .entity(removed.entity)
-        .try_remove::<(ProbesJob, DebugShapes)>();
+    commands.entity(removed.entity).try_remove::<DebugShapes>();
 }
 
 fn init_pass(mut commands: Commands, server: Res<AssetServer>, cache: Res<PipelineCache>) {
@@ -124,7 +108,7 @@ fn prepare_probes(
     for (entity, volume, cubes, shapes) in &volumes {
         let Some(cubes) = cubes.filter(|_| debug.show_probes) else {
             if shapes.is_some() {
-                commands.entity(entity).remove::<(ProbesJob, DebugShapes)>();
+                commands.entity(entity).remove::<DebugShapes>();
             }
             continue;
         };
@@ -139,47 +123,15 @@ fn prepare_probes(
         });
         uniform.write_buffer(&device, &queue);
         let count = cubes.probes.element_product();
-        let buffer = match shapes.filter(|shapes| shapes.count == count) {
-            Some(shapes) => shapes.shapes.clone(),
-            None => device.create_buffer(&BufferDescriptor {
-                label: Some(NAME),
-                size: u64::from(count) * u64::from(GpuShape::min_size()),
-                usage: BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            }),
-        };
-        let group = device.create_bind_group(
-            NAME,
-            &cache.get_bind_group_layout(&pass.layout),
-            &BindGroupEntries::sequential((&uniform, cubes.view(), buffer.as_entire_binding())),
-        );
-        commands.entity(entity).insert((
-            ProbesJob {
-                group,
-                probes: cubes.probes,
-            },
-            DebugShapes {
-                shapes: buffer,
-                count,
-            },
-        ));
+        let shapes = DebugShapes::new(count, shapes, &device, |shapes| FillShapes {
+            pass: pass.pass,
+            groups: cubes.probes.map(|probes| probes.div_ceil(4)),
+            bind_groups: vec![device.create_bind_group(
+                NAME,
+                &cache.get_bind_group_layout(&pass.layout),
+                &BindGroupEntries::sequential((&uniform, cubes.view(), shapes.as_entire_binding())),
+            )],
+        });
+        commands.entity(entity).insert(shapes);
     }
-}
-
-fn fill_shapes(
-    jobs: Query<&ProbesJob>,
-    pass: Res<ProbesPass>,
-    cache: Res<PipelineCache>,
-    mut ctx: RenderContext,
-) {
-    let diagnostics = ctx.diagnostic_recorder();
-    let mut recorder = Recorder {
-        encoder: ctx.command_encoder(),
-        cache: &cache,
-        diagnostics: diagnostics.as_deref(),
-    };
-    let runs = jobs
-        .iter()
-        .map(|job| (groups(job.probes, UVec3::splat(4)), [&job.group]));
-    recorder.run_all(&pass.pass, None, runs);
 }

@@ -7,9 +7,10 @@
 //! (`shapes.rs`), for which a technique puts its own points into a `DebugShapes`.
 
 mod gizmos;
-mod shadow_maps;
+mod light_maps;
 pub(crate) mod shapes;
 mod view;
+mod vpls;
 
 use bevy::{
     app::{App, Plugin},
@@ -56,6 +57,9 @@ pub struct GiDebugSettings {
     /// the light from all sides. Default `false`. Needs
     /// [`GiSettings::forward_light`](crate::GiSettings::forward_light).
     pub show_probes: bool,
+    /// Draws the virtual point lights of the reflective shadow maps as small spheres that show what their
+    /// patch of surface radiates. Default `false`.
+    pub show_vpls: bool,
 }
 
 impl GiDebugSettings {
@@ -97,7 +101,8 @@ impl Plugin for DebugPlugin {
             SettingsResourcePlugin::<GiDebugSettings>::default(),
             gizmos::VolumeGizmosPlugin,
             shapes::ShapesPlugin,
-            shadow_maps::ShadowMapsViewPlugin,
+            light_maps::LightMapsViewPlugin,
+            vpls::VplsViewPlugin,
         ));
     }
 }

@@ -6,13 +6,12 @@ use bevy::{
     asset::{AssetServer, Handle, embedded_asset, load_embedded_asset},
     core_pipeline::{core_3d::CORE_3D_DEPTH_FORMAT, schedule::Core3d},
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
-    math::{Vec3, Vec4},
+    math::{UVec3, Vec3, Vec4},
     render::{
         RenderApp, RenderStartup,
         camera::ExtractedCamera,
-        diagnostic::RecordDiagnostics,
         render_resource::{binding_types::*, *},
-        renderer::{RenderContext, RenderDevice, ViewQuery},
+        renderer::{RenderContext, RenderDevice, RenderGraph, ViewQuery},
         view::{ExtractedView, ViewDepthTexture, ViewTarget, ViewUniformOffset},
     },
     shader::{Shader, load_shader_library},
@@ -20,6 +19,10 @@ use bevy::{
 
 use super::{GiDebugSettings, Painter};
 use crate::{
+    gpu::{
+        compute::{ComputePass, Groups, Recorder},
+        fullscreen::camera_pass,
+    },
     schedule::GiSystems,
     surface::{SurfaceLayout, ViewSurface, init_surface_layout},
 };
@@ -37,12 +40,45 @@ pub(crate) struct GpuShape {
 }
 
 /// Spheres that all GI cameras show. The hook for techniques: whatever is to be seen at points of space
-/// goes into such a component of some entity of the render world, filled by a compute pass of its own.
+/// goes into such a component of some entity of the render world.
 #[derive(Component)]
 pub(crate) struct DebugShapes {
     /// `array<GpuShape>`.
-    pub shapes: Buffer,
-    pub count: u32,
+    shapes: Buffer,
+    count: u32,
+    fill: FillShapes,
+}
+
+/// The compute pass that writes the spheres in each frame.
+pub(crate) struct FillShapes {
+    pub pass: ComputePass,
+    pub groups: UVec3,
+    pub bind_groups: Vec<BindGroup>,
+}
+
+impl DebugShapes {
+    /// So many spheres, in the buffer of `before` if it has that size. `fill` gets the buffer.
+    pub fn new(
+        count: u32,
+        before: Option<&Self>,
+        device: &RenderDevice,
+        fill: impl FnOnce(&Buffer) -> FillShapes,
+    ) -> Self {
+        let shapes = match before.filter(|before| before.count == count) {
+            Some(before) => before.shapes.clone(),
+            None => device.create_buffer(&BufferDescriptor {
+                label: Some(NAME),
+                size: u64::from(count.max(1)) * u64::from(GpuShape::min_size()),
+                usage: BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
+        };
+        Self {
+            count,
+            fill: fill(&shapes),
+            shapes,
+        }
+    }
 }
 
 #[derive(Resource)]
@@ -100,6 +136,12 @@ impl Plugin for ShapesPlugin {
         };
         render_app
             .add_systems(RenderStartup, init_pipeline.after(init_surface_layout))
+            .add_systems(
+                RenderGraph,
+                fill_shapes
+                    .in_set(GiSystems::FillDebug)
+                    .run_if(any_with_component::<DebugShapes>),
+            )
             .add_systems(
                 Core3d,
                 draw_shapes
@@ -168,23 +210,32 @@ fn draw_shapes(
             (group, shapes.count)
         })
         .collect();
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
-        label: Some(NAME),
-        color_attachments: &[Some(target.get_color_attachment())],
-        depth_stencil_attachment: Some(depth.get_attachment(StoreOp::Store)),
-        ..Default::default()
+    let color = target.get_color_attachment();
+    let depth = Some(depth.get_attachment(StoreOp::Store));
+    camera_pass(&mut ctx, NAME, camera, color, depth, |pass| {
+        pass.set_render_pipeline(render_pipeline);
+        pass.set_bind_group(0, &surface.bind_group, &[offset.offset]);
+        for (group, count) in &groups {
+            pass.set_bind_group(1, group, &[]);
+            pass.draw(0..6, 0..*count);
+        }
     });
-    let span = diagnostics.pass_span(&mut pass, NAME);
-    if let Some(viewport) = &camera.viewport {
-        pass.set_camera_viewport(viewport);
+}
+
+/// Brings all spheres up to date.
+fn fill_shapes(all: Query<&DebugShapes>, cache: Res<PipelineCache>, mut ctx: RenderContext) {
+    let diagnostics = ctx.diagnostic_recorder();
+    let mut recorder = Recorder {
+        encoder: ctx.command_encoder(),
+        cache: &cache,
+        diagnostics: diagnostics.as_deref(),
+    };
+    for shapes in &all {
+        let groups: Vec<_> = shapes.fill.bind_groups.iter().collect();
+        recorder.run(
+            &shapes.fill.pass,
+            Groups::Direct(shapes.fill.groups),
+            &groups,
+        );
     }
-    pass.set_render_pipeline(render_pipeline);
-    pass.set_bind_group(0, &surface.bind_group, &[offset.offset]);
-    for (group, count) in &groups {
-        pass.set_bind_group(1, group, &[]);
-        pass.draw(0..6, 0..*count);
-    }
-    span.end(&mut pass);
 }

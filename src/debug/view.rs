@@ -49,6 +49,14 @@ pub enum GiView {
     VoxelOpacity,
     /// Depth as each light sees the scene, side by side, unexposed.
     ShadowMaps,
+    /// What surfaces send on of each light's own light, as the light sees them.
+    RsmFlux,
+    /// Their normals, `n / 2 + 1/2`, unexposed.
+    RsmNormal,
+    /// Their albedo, unexposed.
+    RsmAlbedo,
+    /// Their depth, unexposed.
+    RsmDepth,
 }
 
 /// Who draws a view.
@@ -60,13 +68,13 @@ pub(crate) enum Painter {
     Composite,
     /// The technique's ray marcher of voxels.
     Voxels,
-    /// The shadow maps' own pass.
-    ShadowMaps,
+    /// The pass that shows what lights see.
+    LightMaps,
 }
 
 impl GiView {
     /// Every view, in the order in which keys go through them.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 24] = [
         Self::Full,
         Self::Direct,
         Self::Indirect,
@@ -87,6 +95,10 @@ impl GiView {
         Self::VoxelRadiance,
         Self::VoxelOpacity,
         Self::ShadowMaps,
+        Self::RsmFlux,
+        Self::RsmNormal,
+        Self::RsmAlbedo,
+        Self::RsmDepth,
     ];
 
     /// Lower-case name, as used by the viewer's `--view`.
@@ -112,6 +124,10 @@ impl GiView {
             Self::VoxelRadiance => "voxel-radiance",
             Self::VoxelOpacity => "voxel-opacity",
             Self::ShadowMaps => "shadow-maps",
+            Self::RsmFlux => "rsm-flux",
+            Self::RsmNormal => "rsm-normal",
+            Self::RsmAlbedo => "rsm-albedo",
+            Self::RsmDepth => "rsm-depth",
         }
     }
 
@@ -146,6 +162,16 @@ impl GiView {
             Self::ShadowMaps => {
                 "depth seen from each light, a tile a map: white near, black far or nothing"
             }
+            Self::RsmFlux => {
+                "light that lit surfaces send on, as each light sees them, a tile a map, exposed"
+            }
+            Self::RsmNormal => {
+                "normals as each light sees them: grey is 0, red +x, green +y, blue +z"
+            }
+            Self::RsmAlbedo => "albedo as each light sees it, 0 to 1",
+            Self::RsmDepth => {
+                "depth of the reflective shadow maps: white near, black far or nothing"
+            }
         }
     }
 
@@ -166,6 +192,7 @@ impl GiView {
                 | Self::Irradiance
                 | Self::VoxelEmission
                 | Self::VoxelRadiance
+                | Self::RsmFlux
         )
     }
 
@@ -178,7 +205,11 @@ impl GiView {
             | Self::VoxelEmission
             | Self::VoxelRadiance
             | Self::VoxelOpacity => Painter::Voxels,
-            Self::ShadowMaps => Painter::ShadowMaps,
+            Self::ShadowMaps
+            | Self::RsmFlux
+            | Self::RsmNormal
+            | Self::RsmAlbedo
+            | Self::RsmDepth => Painter::LightMaps,
             _ => Painter::Composite,
         }
     }

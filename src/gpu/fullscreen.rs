@@ -1,9 +1,12 @@
-//! Passes over the whole picture of a camera, for debug views.
+//! Passes over the picture of a camera.
 
 use bevy::{
     asset::Handle,
     core_pipeline::FullscreenShader,
-    render::render_resource::*,
+    render::{
+        camera::ExtractedCamera, diagnostic::RecordDiagnostics, render_phase::TrackedRenderPass,
+        render_resource::*, renderer::RenderContext,
+    },
     shader::{Shader, ShaderDefVal},
 };
 
@@ -50,4 +53,29 @@ impl SpecializedRenderPipeline for FullscreenPass {
             ..Default::default()
         }
     }
+}
+
+/// Records a pass over a camera's viewport, timed under its name.
+pub(crate) fn camera_pass<'a>(
+    ctx: &'a mut RenderContext,
+    name: &'static str,
+    camera: &ExtractedCamera,
+    color: RenderPassColorAttachment,
+    depth: Option<RenderPassDepthStencilAttachment>,
+    draw: impl FnOnce(&mut TrackedRenderPass<'a>),
+) {
+    let diagnostics = ctx.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
+        label: Some(name),
+        color_attachments: &[Some(color)],
+        depth_stencil_attachment: depth,
+        ..Default::default()
+    });
+    let span = diagnostics.pass_span(&mut pass, name);
+    if let Some(viewport) = &camera.viewport {
+        pass.set_camera_viewport(viewport);
+    }
+    draw(&mut pass);
+    span.end(&mut pass);
 }

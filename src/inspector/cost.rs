@@ -134,7 +134,7 @@ fn points(values: impl Iterator<Item = f64>) -> PlotPoints<'static> {
 
 fn plot(name: &str) -> Plot<'_> {
     Plot::new(name)
-        .height(130.0)
+        .height(110.0)
         .include_x(0.0)
         .include_x(FRAMES as f64)
         .include_y(0.0)
@@ -169,23 +169,14 @@ fn passes(history: &CostHistory, ui: &mut egui::Ui) {
     ui.label(format!(
         "Global illumination: GPU {gpu:.2} ms, CPU {cpu:.2} ms a frame"
     ));
-    // Stacked: the topmost line is the sum of all. Drawn from the top down, each filled.
-    let mut sum = vec![0.0; FRAMES];
-    let mut lines = Vec::new();
-    for (name, _, _, values) in rows.iter().rev() {
-        let missing = FRAMES - values.gpu.len();
-        for (sum, value) in sum[missing..].iter_mut().zip(&values.gpu) {
-            *sum += value;
-        }
-        lines.push((name.to_string(), sum.clone()));
-    }
-    // Names and colours are in the table below.
-    plot("pass times").show(ui, |plot| {
-        for (i, (name, values)) in lines.into_iter().rev().enumerate() {
-            let line = Line::new(name, points(values.into_iter())).color(color(i));
-            plot.line(line.fill(0.0));
-        }
-    });
+    // Names and colours are in the table below, which is in the order of the GPU's times.
+    let stack = |title: &str, of: fn(&PassHistory) -> &VecDeque<f64>, ui: &mut egui::Ui| {
+        ui.label(title);
+        let histories = rows.iter().map(|row| of(row.3));
+        stacked(title, histories, ui);
+    };
+    stack("GPU, stacked", |pass| &pass.gpu, ui);
+    stack("CPU, stacked", |pass| &pass.cpu, ui);
     egui::CollapsingHeader::new("Passes")
         .default_open(true)
         .show(ui, |ui| {
@@ -207,6 +198,30 @@ fn passes(history: &CostHistory, ui: &mut egui::Ui) {
                 }
             });
         });
+}
+
+/// Filled lines, one upon the other: the topmost is the sum of all.
+fn stacked<'a>(
+    name: &str,
+    histories: impl DoubleEndedIterator<Item = &'a VecDeque<f64>>,
+    ui: &mut egui::Ui,
+) {
+    let mut sum = vec![0.0; FRAMES];
+    let mut lines = Vec::new();
+    for values in histories.rev() {
+        let missing = FRAMES - values.len();
+        for (sum, value) in sum[missing..].iter_mut().zip(values) {
+            *sum += value;
+        }
+        lines.push(sum.clone());
+    }
+    // From the top down: each covers what is below it of the one before.
+    plot(name).show(ui, |plot| {
+        for (i, values) in lines.into_iter().rev().enumerate() {
+            let line = Line::new(i.to_string(), points(values.into_iter())).color(color(i));
+            plot.line(line.fill(0.0));
+        }
+    });
 }
 
 /// Of the pass that costs so many others more.

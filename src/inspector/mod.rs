@@ -27,6 +27,8 @@ mod items;
 mod panel;
 mod rust;
 mod shaders;
+#[cfg(test)]
+mod tests;
 
 use bevy::{
     app::{App, Plugin, Update},

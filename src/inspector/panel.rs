@@ -1,6 +1,6 @@
 //! The panel: where it is, and its tabs.
 
-use bevy::ecs::prelude::*;
+use bevy::{ecs::prelude::*, reflect::TypePath};
 use bevy_egui::{EguiContext, PrimaryEguiContext, egui};
 
 use super::{Dock, GiInspector, cost, fields, files, items};
@@ -76,7 +76,7 @@ pub(super) fn show(world: &mut World) {
     }
 }
 
-fn contents(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
+pub(super) fn contents(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     header(world, inspector, ui);
     ui.separator();
     egui::ScrollArea::vertical()
@@ -163,11 +163,16 @@ fn settings(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     fields::search(&mut inspector.search, ui);
     let technique = world.resource::<GiSettings>().technique;
     let registry = world.resource::<GiSettingsRegistry>().clone();
-    let debug = SettingsEntry::new::<GiDebugSettings>().name;
-    for entry in registry.iter().filter(|entry| entry.name != debug) {
+    // Debug views have a tab of their own.
+    for entry in registry.iter().filter(|entry| !is_debug(entry)) {
         let active = entry.technique.is_none_or(|t| t == technique);
         resource(world, entry, active, &inspector.search, ui);
     }
+}
+
+/// Whether these are the settings of the views.
+pub(super) fn is_debug(entry: &SettingsEntry) -> bool {
+    entry.name == GiDebugSettings::short_type_path()
 }
 
 /// All fields of a settings resource.
@@ -208,122 +213,7 @@ fn views(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     ui.separator();
     fields::search(&mut inspector.search, ui);
     let registry = world.resource::<GiSettingsRegistry>().clone();
-    let debug = SettingsEntry::new::<GiDebugSettings>().name;
-    if let Some(entry) = registry.find(debug) {
+    if let Some(entry) = registry.iter().find(|entry| is_debug(entry)) {
         resource(world, entry, true, &inspector.search, ui);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use bevy_inspector_egui::DefaultInspectorConfigPlugin;
-
-    use super::*;
-    use crate::wgsl_tests;
-
-    /// All text of a picture of the panel.
-    fn text(world: &mut World, inspector: &mut GiInspector) -> String {
-        let ctx = egui::Context::default();
-        let input = egui::RawInput {
-            screen_rect: Some(egui::Rect::from_min_size(
-                egui::Pos2::ZERO,
-                egui::vec2(600.0, 8000.0),
-            )),
-            ..Default::default()
-        };
-        let mut text = String::new();
-        // What unfolds takes some frames.
-        for frame in 0..40 {
-            let input = egui::RawInput {
-                time: Some(f64::from(frame) / 10.0),
-                ..input.clone()
-            };
-            ctx.begin_pass(input);
-            egui::Window::new("panel")
-                .fixed_size([580.0, 7900.0])
-                .show(&ctx, |ui| contents(world, inspector, ui));
-            text.clear();
-            for shape in ctx.end_pass().shapes {
-                collect(&shape.shape, &mut text);
-            }
-        }
-        text
-    }
-
-    fn collect(shape: &egui::Shape, text: &mut String) {
-        match shape {
-            egui::Shape::Text(shape) => {
-                text.push_str(shape.galley.text());
-                text.push('\n');
-            }
-            egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect(shape, text)),
-            _ => {}
-        }
-    }
-
-    /// Nothing in the panel knows the names of the settings.
-    #[test]
-    fn every_parameter_of_every_settings_resource_is_shown() {
-        let (mut app, _) = wgsl_tests::load(&[]);
-        app.init_resource::<cost::CostHistory>();
-        bevy::app::Plugin::build(&DefaultInspectorConfigPlugin, &mut app);
-        let world = app.world_mut();
-        let mut shown = 0;
-        let registry = world.resource::<GiSettingsRegistry>().clone();
-        for entry in registry.iter() {
-            let debug = entry.name == SettingsEntry::new::<GiDebugSettings>().name;
-            let mut inspector = GiInspector {
-                tab: if debug { Tab::Views } else { Tab::Settings },
-                // Groups of other techniques are folded, unless something is looked for.
-                search: entry.name.into(),
-                ..Default::default()
-            };
-            let text = text(world, &mut inspector);
-            let bevy::reflect::ReflectRef::Struct(fields) = entry.default_value().reflect_ref()
-            else {
-                panic!("{} has no fields", entry.name)
-            };
-            for i in 0..fields.field_len() {
-                let name = fields.name_at(i).unwrap().replace('_', " ");
-                // Alone, marked, or with its unit.
-                let is_it = |line: &str| {
-                    let line = line.trim_start_matches("• ");
-                    line == name || line.starts_with(&format!("{name}, "))
-                };
-                assert!(
-                    text.lines().any(is_it),
-                    "{}: {name} is missing in\n{text}",
-                    entry.name
-                );
-                shown += 1;
-            }
-        }
-        assert!(shown > 30, "only {shown} parameters");
-    }
-
-    /// A world without a renderer, a camera or a window has a panel, too.
-    #[test]
-    fn every_tab_can_be_shown() {
-        let (mut app, _) = wgsl_tests::load(&[]);
-        app.init_resource::<cost::CostHistory>();
-        let world = app.world_mut();
-        world.spawn(crate::GiVolume::default());
-        let light = world.spawn(bevy::light::PointLight::default()).id();
-        for tab in Tab::ALL {
-            let mut inspector = GiInspector {
-                tab,
-                selected: Some(light),
-                ..Default::default()
-            };
-            let text = text(world, &mut inspector);
-            assert!(text.contains("Technique"), "{text}");
-            let expected = match tab {
-                Tab::Settings => "indirect strength",
-                Tab::Scene => "128 voxels",
-                Tab::Cost => "bevy_gi is off",
-                Tab::Views => "voxel-albedo",
-            };
-            assert!(text.contains(expected), "{expected} is missing in\n{text}");
-        }
     }
 }

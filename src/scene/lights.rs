@@ -40,8 +40,15 @@ pub struct GiLight {
     /// Factor on the light that bounces; the direct light stays as it is. 1 is physical. Range
     /// 0..=16, default 1.
     pub intensity: f32,
-    /// Whether its bounced light is shadowed. Default `true`; off saves the shadow map.
+    /// Whether its bounced light is shadowed. Default `true`; off saves the shadow map. Reflective shadow
+    /// maps are shadowed as such.
     pub shadows: bool,
+    /// Texels along the side of its reflective shadow maps, rounded up to a power of two; 0: as
+    /// [`GiSettings::rsm_size`] has it. Range 0, 64..=2048, default 0.
+    pub rsm_size: u32,
+    /// Frames between two updates of its reflective shadow maps, at least. Range 1..=256, default 1. Cost:
+    /// inversely proportional, while the light or what it sees moves.
+    pub rsm_interval: u32,
 }
 
 impl GiLight {
@@ -54,6 +61,8 @@ impl GiLight {
     pub const OFF: Self = Self {
         intensity: 0.0,
         shadows: false,
+        rsm_size: 0,
+        rsm_interval: 1,
     };
 }
 
@@ -62,6 +71,8 @@ impl Default for GiLight {
         Self {
             intensity: 1.0,
             shadows: true,
+            rsm_size: 0,
+            rsm_interval: 1,
         }
     }
 }
@@ -69,6 +80,12 @@ impl Default for GiLight {
 impl Clamped for GiLight {
     fn clamp(&mut self, c: &mut Clamp) {
         c.float("intensity", &mut self.intensity, 0.0, 16.0);
+        if self.rsm_size != 0 {
+            self.rsm_size = self.rsm_size.max(64);
+        }
+        c.int("rsm_size", &mut self.rsm_size, 0, 2048).unit("px");
+        c.int("rsm_interval", &mut self.rsm_interval, 1, 256)
+            .unit("frames");
     }
 }
 
@@ -127,6 +144,10 @@ pub struct SceneLight {
     pub gpu: GpuLight,
     /// Whether it wants shadow maps.
     pub shadows: bool,
+    /// Texels along the side of its reflective shadow maps, unless as the settings have it.
+    pub rsm_size: Option<u32>,
+    /// Frames between two updates of these.
+    pub rsm_interval: u32,
 }
 
 impl SceneLight {
@@ -287,6 +308,8 @@ fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut V
                 entity,
                 gpu,
                 shadows: share.shadows,
+                rsm_size: (share.rsm_size > 0).then_some(share.rsm_size),
+                rsm_interval: share.rsm_interval,
             });
         }
     }

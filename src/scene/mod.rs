@@ -1,18 +1,21 @@
 //! Capture: what the scene looks like to light, independent of any camera.
 //!
 //! One-way data flow: the main world's meshes, lights and sky become [`SceneVoxels`](voxels),
-//! [`SceneShadows`](shadows) and [`SceneLights`](lights), and techniques read nothing else.
+//! [`SceneShadows`](shadows), [`SceneRsm`](rsm) and [`SceneLights`](lights), and techniques read nothing else.
 //! Everything inside a [`GiVolume`](volume::GiVolume) is kept alive for this, on screen or not.
 
 pub mod bind_group;
 pub mod lights;
 pub mod material;
+pub mod rsm;
 pub mod shadows;
 pub mod visibility;
 pub mod volume;
 pub mod voxels;
 
 pub(crate) mod capture;
+pub(crate) mod light_views;
+pub(crate) mod needs;
 pub(crate) mod sky;
 
 use bevy::{
@@ -26,6 +29,7 @@ pub(crate) struct ScenePlugin;
 impl Plugin for ScenePlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins((
+            needs::NeedsPlugin,
             volume::VolumePlugin,
             visibility::VisibilityPlugin,
             lights::LightsPlugin,
@@ -33,6 +37,7 @@ impl Plugin for ScenePlugin {
             material::GiMaterialPlugin::<StandardMaterial>::default(),
             capture::CapturePlugin,
             shadows::ShadowsPlugin,
+            rsm::RsmPlugin,
             voxels::VoxelsPlugin,
             bind_group::SceneBindGroupPlugin,
         ));

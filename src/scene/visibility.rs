@@ -4,7 +4,11 @@
 //! light whether seen or not, so they are marked visible here; cameras draw nothing more, since
 //! each keeps its own list.
 
-use std::{any::TypeId, collections::HashMap};
+use std::{
+    any::TypeId,
+    collections::HashMap,
+    hash::{BuildHasher, Hash, Hasher},
+};
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
@@ -21,6 +25,7 @@ use bevy::{
         morph::{MeshMorphWeights, MorphWeights},
         skinning::SkinnedMesh,
     },
+    platform::hash::FixedHasher,
     reflect::prelude::*,
     transform::components::GlobalTransform,
 };
@@ -44,6 +49,8 @@ pub struct Caster {
     pub bounds: Aabb3d,
     /// Whether it casts shadows.
     pub shadow: bool,
+    /// [`SceneCasters::version`] of when it last changed.
+    pub changed: u64,
 }
 
 /// All meshes that take part, sorted by entity.
@@ -64,6 +71,16 @@ impl SceneCasters {
     /// the voxelizer's fixed point numbers.
     pub fn max_emissive(&self) -> f32 {
         self.max_emissive.values().copied().fold(0.0, f32::max)
+    }
+
+    /// A number that stands for what some casters look like: the same as long as they are the same and
+    /// none of them has changed.
+    pub(crate) fn content<'a>(casters: impl IntoIterator<Item = &'a Caster>) -> u64 {
+        let mut hasher = FixedHasher.build_hasher();
+        for caster in casters {
+            (caster.entity, caster.changed).hash(&mut hasher);
+        }
+        hasher.finish()
     }
 
     /// What is new of a type of material.
@@ -117,8 +134,9 @@ pub(crate) fn collect_casters(
         .collect();
 
     // Assets may arrive or change without any component changing.
-    let mut changed = !mesh_events.is_empty() | std::mem::take(&mut scene.materials_changed);
+    let all_changed = !mesh_events.is_empty() | std::mem::take(&mut scene.materials_changed);
     mesh_events.clear();
+    let next = scene.version + 1;
 
     std::mem::swap(&mut *last, &mut scene.casters);
     scene.casters.clear();
@@ -134,7 +152,8 @@ pub(crate) fn collect_casters(
             continue;
         }
         view.set_visible();
-        changed |= transform.is_changed()
+        let changed = all_changed
+            || transform.is_changed()
             || aabb.is_changed()
             || mesh.is_changed()
             || morph.is_some_and(|morph| {
@@ -153,11 +172,20 @@ pub(crate) fn collect_casters(
             entity,
             bounds: world,
             shadow: !no_shadow,
+            changed: if changed { next } else { 0 },
         });
     }
     scene.casters.sort_unstable_by_key(|c| c.entity);
-    if changed || *last != scene.casters {
-        scene.version += 1;
+    for caster in &mut scene.casters {
+        let before = last.binary_search_by_key(&caster.entity, |old| old.entity);
+        let before = before.map(|i| last[i]);
+        let same = before.is_ok_and(|old| {
+            caster.changed == 0 && (old.bounds, old.shadow) == (caster.bounds, caster.shadow)
+        });
+        caster.changed = before.ok().filter(|_| same).map_or(next, |old| old.changed);
+    }
+    if *last != scene.casters {
+        scene.version = next;
     }
 }
 

@@ -179,9 +179,19 @@ pub struct GiSettings {
     /// Texels along the side of each shadow map that the bounced light uses. A point or rect light
     /// takes six of them, any other one. Range 64..=2048, default 512. 4 bytes a texel.
     pub shadow_map_size: u32,
-    /// Most shadow maps at once; lights beyond, in order of power, bounce without shadow. Range
-    /// 1..=256, default 48.
+    /// Most shadow maps at once; lights beyond, in order of power, bounce without shadow. As many
+    /// reflective ones; lights beyond have none. Range 1..=256, default 48.
     pub max_shadow_maps: u32,
+    /// Texels along the side of each reflective shadow map, rounded up to a power of two: what techniques
+    /// see of what a light lights. A point or rect light takes six of them, any other one. Range
+    /// 64..=2048, default 256. 20 bytes a texel.
+    pub rsm_size: u32,
+    /// Most reflective shadow maps drawn anew in a frame, while lights or meshes move; others wait
+    /// their turn. Range 1..=256, default 12. Cost: proportional.
+    pub rsm_updates: u32,
+    /// Virtual point lights that stand for all light in the reflective shadow maps, rounded up to a power of
+    /// two. Range 64..=16384, default 1024. 32 bytes each.
+    pub vpls: u32,
     /// Keeps voxels and shadow maps as they are, whatever moves: for scenes whose light may lag, and to
     /// look into a moment. Default `false`. Saves what captures cost.
     pub freeze_capture: bool,
@@ -202,6 +212,9 @@ impl Default for GiSettings {
             auto_lights: true,
             shadow_map_size: 512,
             max_shadow_maps: 48,
+            rsm_size: 256,
+            rsm_updates: 12,
+            vpls: 1024,
             freeze_capture: false,
         }
     }
@@ -265,6 +278,10 @@ impl Clamped for GiSettings {
         c.int("shadow_map_size", &mut self.shadow_map_size, 64, 2048)
             .unit("px");
         c.int("max_shadow_maps", &mut self.max_shadow_maps, 1, 256);
+        c.int("rsm_size", &mut self.rsm_size, 64, 2048).unit("px");
+        c.int("rsm_updates", &mut self.rsm_updates, 1, 256)
+            .unit("maps");
+        c.int("vpls", &mut self.vpls, 64, 16384);
         if let GiSky::Constant(color) = &mut self.sky {
             c.color("sky", color, 1e6);
         }

@@ -29,7 +29,7 @@ use bevy::{
     shader::{Shader, ShaderDefVal},
 };
 
-use crate::settings::GiTechnique;
+use crate::{scene::needs::SceneNeeds, settings::GiTechnique};
 
 /// What every technique provides.
 pub(crate) trait Technique: Send + Sync + 'static {
@@ -43,6 +43,8 @@ pub(crate) trait Technique: Send + Sync + 'static {
     const EXPORT: &'static str;
     /// Entry point of the export shader.
     const EXPORT_ENTRY: &'static str;
+    /// What it reads of the scene's capture; nothing else is captured for it.
+    const NEEDS: SceneNeeds;
     /// Its cache, on the volume's entity in the render world.
     type Cache: Component + TechniqueCache;
 

@@ -176,7 +176,9 @@ fn nothing_panics_and_nothing_is_nan() {
     // Lights that change, break and vanish.
     let share = GiLight {
         intensity: f32::NAN,
-        shadows: true,
+        rsm_size: 7,
+        rsm_interval: 0,
+        ..default()
     };
     headless.app.world_mut().entity_mut(light).insert(share);
     check(&mut headless, "a light that bounces NaN times its light");
@@ -187,7 +189,7 @@ fn nothing_panics_and_nothing_is_nan() {
                 DirectionalLight::default(),
                 GiLight {
                     intensity: 1e9,
-                    shadows: true,
+                    ..default()
                 },
             ));
         } else {

@@ -140,6 +140,84 @@ fn the_panel_is_drawn_and_answers_to_clicks() {
     assert!((0..picture.size.y).all(same), "the panel is still there");
 }
 
+/// Presses at a point, pulls to another, and lets go.
+fn drag(headless: &mut Headless, from: Vec2, to: Vec2) {
+    let at = |point: Vec2| egui::pos2(point.x, point.y);
+    point_at(headless, at(from), None);
+    point_at(headless, at(from), Some(true));
+    for i in 1..=4 {
+        point_at(headless, at(from.lerp(to, i as f32 / 4.0)), None);
+    }
+    point_at(headless, at(to), Some(false));
+    headless.step();
+}
+
+/// Where the camera shows a point of the world.
+fn on_screen(headless: &Headless, camera: Entity, point: Vec3) -> Vec2 {
+    let world = headless.app.world();
+    let shown = world
+        .get::<Camera>(camera)
+        .zip(world.get::<GlobalTransform>(camera))
+        .and_then(|(camera, place)| camera.world_to_viewport(place, point).ok());
+    shown.expect("the point is before the camera")
+}
+
+/// Handles of the selected volume: its sides resize it, its arrows move it, as far as they were pulled.
+#[test]
+fn handles_in_the_viewport_move_and_resize_a_volume() {
+    let (mut headless, camera, _) = open(UVec2::new(1280, 800));
+    let world = headless.app.world_mut();
+    world.resource_mut::<GiSettings>().technique = GiTechnique::Off;
+    let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
+    let volume = volumes.single(world).expect("the scene has a volume");
+    world.resource_mut::<GiInspector>().selected = Some(volume);
+    headless.steps(4);
+    let state = |headless: &Headless| {
+        let world = headless.app.world();
+        let place = world.get::<Transform>(volume).expect("it has a place");
+        let extent = world.get::<GiVolume>(volume).expect("it is there").extent;
+        (place.translation, extent)
+    };
+
+    // The upper side, up by a tenth of a metre: the lower one stays where it is.
+    let (center, extent) = state(&headless);
+    let top = center + 0.5 * extent * Vec3::Y;
+    let from = on_screen(&headless, camera, top);
+    let to = on_screen(&headless, camera, top + 0.1 * Vec3::Y);
+    drag(&mut headless, from, to);
+    let (moved, grown) = state(&headless);
+    // A pixel is 1.5 mm here; perspective bends what is taken to be straight.
+    let near = |a: Vec3, b: Vec3| (a - b).abs().max_element() < 0.02;
+    assert!(near(grown, extent + 0.1 * Vec3::Y), "{extent} to {grown}");
+    let bottom = |center: Vec3, extent: Vec3| center - 0.5 * extent * Vec3::Y;
+    assert!(
+        (bottom(moved, grown) - bottom(center, extent)).length() < 1e-4,
+        "{moved}"
+    );
+
+    // The arrow to the right lies somewhere on the axis through the centre.
+    let (center, extent) = state(&headless);
+    let mut found = false;
+    let eye = headless.app.world().get::<GlobalTransform>(camera);
+    let distance = eye.expect("it is placed").translation().distance(center);
+    for i in 5..25 {
+        // A knob is 14 pixels wide, 0.013 of the distance.
+        let tip = center + 0.01 * i as f32 * distance * Vec3::X;
+        let from = on_screen(&headless, camera, tip);
+        let to = on_screen(&headless, camera, tip + 0.1 * Vec3::X);
+        drag(&mut headless, from, to);
+        let (moved, same) = state(&headless);
+        assert_eq!(same, extent);
+        if moved != center {
+            assert!(near(moved, center + 0.1 * Vec3::X), "{center} to {moved}");
+            found = true;
+            break;
+        }
+    }
+    assert!(found, "there is no arrow");
+    assert_eq!(headless.pipeline_errors(), Vec::<String>::new());
+}
+
 #[test]
 fn settings_survive_a_file() {
     let (mut headless, ..) = open(UVec2::splat(64));

@@ -1,13 +1,11 @@
 //! A scene in a few lines, and figures of its picture.
 
-use std::sync::{Arc, Mutex};
-
 use bevy::{
     camera::Exposure,
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     prelude::*,
     render::{
-        Render, RenderApp, RenderSystems,
+        RenderApp,
         render_resource::{
             Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor, MapMode, PollType,
             TextureFormat,
@@ -18,6 +16,7 @@ use bevy::{
 use bevy_gi::{
     prelude::*,
     scene::{
+        rsm::SceneRsm,
         volume::Grid,
         voxels::{SceneVoxels, WORDS},
     },
@@ -170,48 +169,69 @@ impl Voxels {
     }
 }
 
+/// The words of a buffer of the GPU.
+fn words(buffer: &Buffer, device: &RenderDevice, queue: &RenderQueue) -> Vec<u32> {
+    let staging = device.create_buffer(&BufferDescriptor {
+        label: None,
+        size: buffer.size(),
+        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+    queue.submit([encoder.finish()]);
+    staging.slice(..).map_async(MapMode::Read, |_| {});
+    let _ = device.wgpu_device().poll(PollType::wait_indefinitely());
+    bytemuck::pod_collect_to_vec(&staging.slice(..).get_mapped_range())
+}
+
+/// What `read` finds in the render world after the next frame.
+pub fn in_render_world<T>(
+    headless: &mut Headless,
+    read: impl FnOnce(&World) -> Option<T>,
+) -> Option<T> {
+    headless.steps(1);
+    let world = headless.app.sub_app(RenderApp).world();
+    read(world)
+}
+
+/// A virtual point light.
+#[derive(Clone, Copy, Debug)]
+pub struct Vpl {
+    pub position: Vec3,
+    /// Square metres.
+    pub area: f32,
+    /// Lumens.
+    pub flux: Vec3,
+}
+
+/// Reads all virtual point lights back.
+pub fn read_vpls(headless: &mut Headless) -> Vec<Vpl> {
+    let found = in_render_world(headless, |world| {
+        let (device, queue) = (world.resource(), world.resource());
+        Some(words(world.resource::<SceneRsm>().vpls()?, device, queue))
+    });
+    let words = found.expect("there are reflective shadow maps");
+    let vpls = words.chunks(8).map(|words| {
+        let f = |i: usize| f32::from_bits(words[i]);
+        Vpl {
+            position: Vec3::new(f(0), f(1), f(2)),
+            area: std::f32::consts::PI * f(3),
+            flux: Vec3::new(f(4), f(5), f(6)),
+        }
+    });
+    vpls.collect()
+}
+
 /// Reads the voxels of the one volume back.
 pub fn read_voxels(headless: &mut Headless) -> Voxels {
-    type Found = Arc<Mutex<Option<(Grid, Vec<u32>, Vec<u32>)>>>;
-    #[derive(Resource, Clone, Default)]
-    struct Sink(Found);
-
-    fn read(
-        voxels: Query<&SceneVoxels>,
-        device: Res<RenderDevice>,
-        queue: Res<RenderQueue>,
-        sink: Res<Sink>,
-    ) {
-        let Some(voxels) = voxels.iter().next() else {
-            return;
-        };
-        let copy = |buffer: &Buffer| -> Vec<u32> {
-            let staging = device.create_buffer(&BufferDescriptor {
-                label: None,
-                size: buffer.size(),
-                usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-                mapped_at_creation: false,
-            });
-            let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
-            queue.submit([encoder.finish()]);
-            staging.slice(..).map_async(MapMode::Read, |_| {});
-            let _ = device.wgpu_device().poll(PollType::wait_indefinitely());
-            bytemuck::pod_collect_to_vec(&staging.slice(..).get_mapped_range())
-        };
-        *sink.0.lock().unwrap() =
-            Some((voxels.grid, copy(voxels.brick_map()), copy(voxels.pool())));
-    }
-
-    let render_app = headless.app.sub_app_mut(RenderApp);
-    if !render_app.world().contains_resource::<Sink>() {
-        render_app
-            .init_resource::<Sink>()
-            .add_systems(Render, read.in_set(RenderSystems::Cleanup));
-    }
-    let sink = render_app.world().resource::<Sink>().clone();
-    headless.steps(1);
-    let found = sink.0.lock().unwrap().take();
+    let found = in_render_world(headless, |world| {
+        let (device, queue) = (world.resource(), world.resource());
+        let mut volumes = world.try_query::<&SceneVoxels>()?;
+        let voxels = volumes.iter(world).next()?;
+        let read = |buffer: &Buffer| words(buffer, device, queue);
+        Some((voxels.grid, read(voxels.brick_map()), read(voxels.pool())))
+    });
     let (grid, map, pool) = found.expect("a volume is voxelized");
     let d = grid.dims;
     let n = d / 4;

@@ -9,6 +9,9 @@ use crate::cargo::{cargo, example, example_of, root};
 /// The profile of a program to take along.
 const PORTABLE: &str = "portable";
 
+/// What such a program may have at most, in bytes.
+const LARGEST: u64 = 40_000_000;
+
 /// Builds `examples/bench` as one small file, for a machine that has nothing but a GPU.
 pub fn binary() -> Result<()> {
     println!("building (takes long: all of Bevy, for size)");
@@ -16,6 +19,9 @@ pub fn binary() -> Result<()> {
     let path = example_of(PORTABLE, "bench");
     let bytes = std::fs::metadata(&path)?.len();
     println!("{}: {:.1} MB", path.display(), bytes as f64 / 1e6);
+    if bytes > LARGEST {
+        bail!("that is more than {} MB", LARGEST / 1_000_000);
+    }
     Ok(())
 }
 

@@ -6,8 +6,6 @@
 //! rect light the six faces of a cube. A map is drawn again only when its light or some caster
 //! changed.
 
-use std::f32::consts::{FRAC_PI_2, PI};
-
 use bevy::{
     app::{App, Plugin},
     core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
@@ -17,7 +15,7 @@ use bevy::{
     },
     material::{MaterialProperties, key::ErasedMaterialPipelineKey},
     math::{
-        Mat4, UVec2, Vec3, Vec3A,
+        Mat4, UVec2, Vec3,
         bounding::{Aabb3d, BoundingVolume},
     },
     mesh::MeshVertexBufferLayoutRef,
@@ -34,7 +32,6 @@ use bevy::{
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue},
         view::ExtractedView,
     },
-    transform::components::Transform,
 };
 use std::sync::Arc;
 
@@ -43,8 +40,10 @@ use super::{
         CaptureKind, CaptureKindPlugin, CapturePhase, CapturePhases, CapturePipeline, CaptureQueue,
         CaptureViews, WantedView, preprocess_captures, sync_views,
     },
+    light_views::light_views,
     lights::{LightKind, SceneLight, SceneLights},
-    visibility::{SceneCasters, corners, grid_bounds, overlaps},
+    needs::{NeedsKnown, SceneNeeds},
+    visibility::{SceneCasters, grid_bounds, overlaps},
     volume::VolumeGrid,
 };
 use crate::{
@@ -52,9 +51,6 @@ use crate::{
     schedule::GiSystems,
     settings::GiSettings,
 };
-
-/// Nearer to a point, rect or spot light than this, nothing casts a shadow. Metres.
-const NEAR: f32 = 0.02;
 
 /// Depth from the lights: meshes drawn with Bevy's depth-only prepass.
 pub(crate) struct ShadowCapture;
@@ -101,7 +97,9 @@ struct ShadowMap {
     light: Entity,
     face: u32,
     clip_from_world: Mat4,
-    /// What the layer shows: the matrix, and the version of the casters.
+    /// Of the meshes that it may show, see [`SceneCasters::content`].
+    content: u64,
+    /// What the layer shows: the matrix, and the content.
     drawn: Option<(Mat4, u64)>,
     draw_now: bool,
 }
@@ -110,7 +108,6 @@ struct ShadowMap {
 #[derive(Resource, Default)]
 pub struct SceneShadows {
     maps: Vec<ShadowMap>,
-    casters_version: u64,
     size: u32,
     layers: Vec<TextureView>,
     texture: Option<Tracked<Texture>>,
@@ -165,7 +162,9 @@ impl Plugin for ShadowsPlugin {
             .add_render_command::<CapturePhase<ShadowCapture>, DrawDepthOnlyPrepass>()
             .add_systems(
                 ExtractSchedule,
-                extract_shadow_views.after(super::lights::extract_lights),
+                extract_shadow_views
+                    .after(super::lights::extract_lights)
+                    .after(NeedsKnown),
             )
             .add_systems(
                 Render,
@@ -180,77 +179,6 @@ impl Plugin for ShadowsPlugin {
     }
 }
 
-/// Projection and view of one map.
-struct MapView {
-    clip_from_view: Mat4,
-    world_from_view: Transform,
-}
-
-impl MapView {
-    fn clip_from_world(&self) -> Mat4 {
-        self.clip_from_view * self.world_from_view.to_matrix().inverse()
-    }
-}
-
-fn any_up(direction: Vec3) -> Vec3 {
-    if direction.y.abs() > 0.9 {
-        Vec3::Z
-    } else {
-        Vec3::Y
-    }
-}
-
-/// An orthographic view of `volumes` along the light, deep enough for all `casters`.
-fn directional_view(direction: Vec3, volumes: &Aabb3d, casters: &Aabb3d) -> MapView {
-    let mut world_from_view = Transform::default().looking_to(direction, any_up(direction));
-    world_from_view.translation = Vec3::from(volumes.center());
-    let view_from_world = world_from_view.to_matrix().inverse();
-    let bounds_of = |aabb: &Aabb3d| {
-        let points = corners(aabb).map(|p| Vec3A::from(view_from_world.transform_point3(p)));
-        Aabb3d::from_point_cloud(bevy::math::Isometry3d::IDENTITY, points.into_iter())
-    };
-    let (volumes, casters) = (bounds_of(volumes), bounds_of(casters));
-    // The view looks along -z: what is nearest to the light has the largest z.
-    let near = -(volumes.max.z.max(casters.max.z)) - 0.1;
-    let far = -volumes.min.z + 0.1;
-    MapView {
-        // Reverse-Z: far and near are swapped.
-        clip_from_view: Mat4::orthographic_rh(
-            volumes.min.x,
-            volumes.max.x,
-            volumes.min.y,
-            volumes.max.y,
-            far,
-            near,
-        ),
-        world_from_view,
-    }
-}
-
-/// A perspective view from `position`.
-fn perspective_view(position: Vec3, direction: Vec3, fov: f32) -> MapView {
-    MapView {
-        clip_from_view: Mat4::perspective_infinite_reverse_rh(fov, 1.0, NEAR),
-        world_from_view: Transform::from_translation(position)
-            .looking_to(direction, any_up(direction)),
-    }
-}
-
-/// The views of a light's maps, in the order of `cube_face` in `lights.wgsl`.
-fn light_views(light: &SceneLight, volumes: &Aabb3d, casters: &Aabb3d) -> Vec<MapView> {
-    let gpu = &light.gpu;
-    if gpu.kind == LightKind::Directional as u32 {
-        return vec![directional_view(gpu.direction, volumes, casters)];
-    }
-    if gpu.kind == LightKind::Spot as u32 {
-        let fov = (2.0 * gpu.cos_outer.acos() + 0.02).clamp(0.02, PI * 0.98);
-        return vec![perspective_view(gpu.position, gpu.direction, fov)];
-    }
-    let axes = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-    axes.map(|axis| perspective_view(gpu.position, axis, FRAC_PI_2))
-        .into()
-}
-
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn extract_shadow_views(
     mut commands: Commands,
@@ -262,9 +190,9 @@ fn extract_shadow_views(
     mut views: ResMut<CaptureViews<ShadowCapture>>,
     mut phases: ResMut<CapturePhases<ShadowCapture>>,
     support: Res<GpuPreprocessingSupport>,
+    needs: Res<SceneNeeds>,
 ) {
     let shadows = &mut *shadows;
-    shadows.casters_version = casters.version;
     if shadows.size != settings.shadow_map_size {
         shadows.size = settings.shadow_map_size;
         shadows.texture = None;
@@ -279,14 +207,14 @@ fn extract_shadow_views(
     let mut maps = Vec::new();
     let mut wanted = Vec::new();
     if let (Some(volumes), Some(casting_bounds)) = (volumes, casting_bounds) {
-        for light in lights.lights.iter().filter(|light| light.gpu.shadow >= 0) {
+        let shadowed = |light: &&SceneLight| needs.shadows && light.gpu.shadow >= 0;
+        for light in lights.lights.iter().filter(shadowed) {
             // A directional light reaches everything; others what is within their range.
             let reach = Aabb3d::new(light.gpu.position, Vec3::splat(light.gpu.range));
             let unbounded = light.gpu.kind == LightKind::Directional as u32;
-            let meshes: Vec<_> = casting()
-                .filter(|c| unbounded || overlaps(&c.bounds, &reach))
-                .map(|c| c.entity)
-                .collect();
+            let reached = || casting().filter(|c| unbounded || overlaps(&c.bounds, &reach));
+            let meshes: Vec<_> = reached().map(|c| c.entity).collect();
+            let content = SceneCasters::content(reached());
             for (face, view) in light_views(light, &volumes, &casting_bounds)
                 .into_iter()
                 .enumerate()
@@ -296,6 +224,7 @@ fn extract_shadow_views(
                     light: light.entity,
                     face,
                     clip_from_world: view.clip_from_world(),
+                    content,
                     drawn: None,
                     draw_now: false,
                 });
@@ -383,9 +312,8 @@ fn prepare_shadows(
     }
     let ready = views.ready(&cache) && !views.changed;
     let mut matrices_changed = shadows.matrices.get().is_empty();
-    let version = shadows.casters_version;
     for (i, map) in shadows.maps.iter_mut().enumerate() {
-        let current = (map.clip_from_world, version);
+        let current = (map.clip_from_world, map.content);
         let frozen = settings.freeze_capture && map.drawn.is_some();
         map.draw_now = !frozen && (map.drawn != Some(current) || views.changed);
         if map.draw_now {

@@ -72,7 +72,10 @@ impl Plugin for VoxelsPlugin {
         render_app
             .init_resource::<SpecializedMeshPipelinesOf>()
             .add_systems(RenderStartup, node::init_voxel_pipelines)
-            .add_systems(ExtractSchedule, prepare::extract_voxel_views)
+            .add_systems(
+                ExtractSchedule,
+                prepare::extract_voxel_views.after(super::needs::NeedsKnown),
+            )
             .add_systems(
                 Render,
                 prepare::prepare_voxels

@@ -26,6 +26,7 @@ use crate::{
     },
     scene::{
         capture::{CapturePhases, CaptureQueue, CaptureViews, WantedView, sync_views},
+        needs::SceneNeeds,
         visibility::{SceneCasters, grid_bounds, overlaps},
         volume::{ExtractedVolume, Grid, VolumeGrid},
     },
@@ -130,9 +131,10 @@ pub(crate) fn extract_voxel_views(
     mut views: ResMut<CaptureViews<VoxelCapture>>,
     mut phases: ResMut<CapturePhases<VoxelCapture>>,
     support: Res<GpuPreprocessingSupport>,
+    needs: Res<SceneNeeds>,
 ) {
     let mut wanted = Vec::new();
-    for (owner, grid) in &volumes {
+    for (owner, grid) in volumes.iter().filter(|_| needs.voxels) {
         let Some(grid) = grid.0 else { continue };
         let bounds = grid_bounds(&grid);
         let meshes: Vec<_> = casters
@@ -188,7 +190,15 @@ pub(crate) fn prepare_voxels(
     device: Res<RenderDevice>,
     render_queue: Res<RenderQueue>,
     statistics: Res<GiStatistics>,
+    needs: Res<SceneNeeds>,
 ) {
+    if !needs.voxels {
+        // Nobody looks: the memory is given back.
+        for (entity, ..) in &volumes {
+            commands.entity(entity).remove::<SceneVoxels>();
+        }
+        return;
+    }
     let ready = pipelines.ready(&cache);
     let complete = views.ready(&cache) && !views.changed;
     for (entity, volume, voxels) in &mut volumes {

@@ -8,7 +8,6 @@ use bevy::{
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
         camera::ExtractedCamera,
-        diagnostic::RecordDiagnostics,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
         texture::{CachedTexture, TextureCache},
@@ -19,7 +18,7 @@ use bevy::{
 use super::{node, prepare::VctCache};
 use crate::{
     debug::{GiDebugSettings, GiView, Painter},
-    gpu::fullscreen::FullscreenPass,
+    gpu::fullscreen::{FullscreenPass, camera_pass},
     scene::{
         bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
         voxels::SceneVoxels,
@@ -202,37 +201,27 @@ fn draw(
     let Some(pipeline) = cache.get_render_pipeline(own.pipeline) else {
         return;
     };
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut attachment = target.get_color_attachment();
-    attachment.ops.load = LoadOp::Clear(Default::default());
-    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
-        label: Some(NAME),
-        color_attachments: &[Some(attachment)],
-        depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-            view: &own.depth.default_view,
-            depth_ops: Some(Operations {
-                load: LoadOp::Clear(0.0),
-                store: StoreOp::Discard,
-            }),
-            stencil_ops: None,
+    let mut color = target.get_color_attachment();
+    color.ops.load = LoadOp::Clear(Default::default());
+    let depth = RenderPassDepthStencilAttachment {
+        view: &own.depth.default_view,
+        depth_ops: Some(Operations {
+            load: LoadOp::Clear(0.0),
+            store: StoreOp::Discard,
         }),
-        ..Default::default()
+        stencil_ops: None,
+    };
+    camera_pass(&mut ctx, NAME, camera, color, Some(depth), |pass| {
+        pass.set_render_pipeline(pipeline);
+        pass.set_bind_group(0, &surface.bind_group, &[offset.offset]);
+        for (scene, technique, shown) in &volumes {
+            let Some(technique) = technique.bind_group() else {
+                continue;
+            };
+            pass.set_bind_group(1, &scene.0, &[]);
+            pass.set_bind_group(2, technique, &[]);
+            pass.set_bind_group(3, &shown.0, &[]);
+            pass.draw(0..3, 0..1);
+        }
     });
-    let span = diagnostics.pass_span(&mut pass, NAME);
-    if let Some(viewport) = &camera.viewport {
-        pass.set_camera_viewport(viewport);
-    }
-    pass.set_render_pipeline(pipeline);
-    pass.set_bind_group(0, &surface.bind_group, &[offset.offset]);
-    for (scene, technique, shown) in &volumes {
-        let Some(technique) = technique.bind_group() else {
-            continue;
-        };
-        pass.set_bind_group(1, &scene.0, &[]);
-        pass.set_bind_group(2, technique, &[]);
-        pass.set_bind_group(3, &shown.0, &[]);
-        pass.draw(0..3, 0..1);
-    }
-    span.end(&mut pass);
 }

@@ -58,7 +58,7 @@ use bevy::{
 use super::Technique;
 use crate::{
     gpu::caps::supported,
-    scene::bind_group::init_scene_layout,
+    scene::{bind_group::init_scene_layout, needs::SceneNeeds},
     schedule::GiSystems,
     settings::{GiTechnique, SettingsResourcePlugin},
 };
@@ -72,6 +72,11 @@ impl Technique for VoxelConeTracing {
     const GATHER_ENTRY: &'static str = "gather_vct";
     const EXPORT: &'static str = "gi/vct/export";
     const EXPORT_ENTRY: &'static str = "export_vct";
+    const NEEDS: SceneNeeds = SceneNeeds {
+        voxels: true,
+        shadows: true,
+        rsm: false,
+    };
     type Cache = VctCache;
 
     fn cache_layout() -> BindGroupLayoutDescriptor {

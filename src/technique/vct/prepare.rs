@@ -19,7 +19,7 @@ use crate::{
     gpu::statistics::{GiStatistics, Tracked},
     scene::{
         bind_group::LightingVersion,
-        volume::Grid,
+        volume::{ExtractedVolume, Grid},
         voxels::{BRICK_VOXELS, SLICES, SceneVoxels},
     },
     settings::{GiHistory, GiSettings, GiTechnique},
@@ -83,10 +83,12 @@ pub(crate) struct VctJob {
     pub cells: Vec<UVec3>,
 }
 
+type VolumeData<'a> = (Entity, Option<&'a SceneVoxels>, Option<&'a mut VctCache>);
+
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn prepare_vct(
     mut commands: Commands,
-    mut volumes: Query<(Entity, &SceneVoxels, Option<&mut VctCache>)>,
+    mut volumes: Query<VolumeData, With<ExtractedVolume>>,
     cameras: Query<&ExtractedGiCamera>,
     gi: Res<GiSettings>,
     settings: Res<VoxelConeTracingSettings>,
@@ -103,11 +105,11 @@ pub(crate) fn prepare_vct(
         .any(|camera| camera.active_technique(&gi) == GiTechnique::VoxelConeTracing);
     let ready = pipelines.ready(&cache);
     for (entity, voxels, vct) in &mut volumes {
-        if !wanted {
+        let Some(voxels) = voxels.filter(|_| wanted) else {
             // Nobody looks: the memory is given back.
             commands.entity(entity).remove::<VctCache>();
             continue;
-        }
+        };
         let Some(mut vct) = vct else {
             if ready && voxels.version > 0 {
                 let new = VctCache::new(voxels, &device, &statistics);

@@ -1,0 +1,183 @@
+//! Views of what the lights see: all shadow maps, or layers of all reflective ones, side by side.
+
+use bevy::{
+    app::{App, Plugin},
+    asset::{AssetServer, embedded_asset, load_embedded_asset},
+    core_pipeline::{FullscreenShader, schedule::Core3d},
+    ecs::{prelude::*, schedule::IntoScheduleConfigs},
+    render::{
+        Extract, ExtractSchedule, RenderApp, RenderStartup,
+        camera::ExtractedCamera,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
+        view::{ExtractedView, ViewTarget, ViewUniformOffset},
+    },
+};
+
+use super::{GiDebugSettings, GiView, Painter};
+use crate::{
+    gpu::fullscreen::{FullscreenPass, camera_pass},
+    scene::{
+        bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
+        needs::{NeedsKnown, SceneNeeds},
+        rsm::{self, SceneRsm, rsm_layout},
+        shadows::SceneShadows,
+    },
+    schedule::GiSystems,
+    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+};
+
+const NAME: &str = "gi/debug/light_maps";
+
+/// Uniform of `light_maps.wgsl`.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+struct GpuTiles {
+    count: u32,
+    size: u32,
+    /// A [`GiView`].
+    view: u32,
+}
+
+#[derive(Resource)]
+struct LightMapsPass {
+    shadows: FullscreenPass,
+    rsm: FullscreenPass,
+    tiles: BindGroupLayoutDescriptor,
+    pipelines: SpecializedRenderPipelines<FullscreenPass>,
+}
+
+pub(super) struct LightMapsViewPlugin;
+
+impl Plugin for LightMapsViewPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "light_maps.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(
+                RenderStartup,
+                init_pass
+                    .after(init_surface_layout)
+                    .after(init_scene_layout),
+            )
+            .add_systems(ExtractSchedule, extract_needs.in_set(NeedsKnown))
+            .add_systems(
+                Core3d,
+                draw.in_set(GiSystems::ShowDebug)
+                    .run_if(|debug: Res<GiDebugSettings>| {
+                        debug.view.painter() == Painter::LightMaps
+                    }),
+            );
+    }
+}
+
+fn init_pass(
+    mut commands: Commands,
+    server: Res<AssetServer>,
+    fullscreen: Res<FullscreenShader>,
+    surface: Res<SurfaceLayout>,
+    scene: Res<SceneLayout>,
+) {
+    let tiles = BindGroupLayoutDescriptor::new(
+        NAME,
+        &BindGroupLayoutEntries::single(ShaderStages::FRAGMENT, uniform_buffer::<GpuTiles>(false)),
+    );
+    let shadows = FullscreenPass {
+        layout: vec![surface.0.clone(), scene.layout.clone(), tiles.clone()],
+        fullscreen: fullscreen.clone(),
+        shader: load_embedded_asset!(server.as_ref(), "light_maps.wgsl"),
+        shader_defs: Vec::new(),
+        depth: None,
+    };
+    let mut rsm = shadows.clone();
+    rsm.layout.push(rsm_layout());
+    rsm.shader_defs = rsm::shader_defs();
+    rsm.shader_defs.extend(GiView::shader_defs());
+    rsm.shader_defs.push("RSM".into());
+    commands.insert_resource(LightMapsPass {
+        shadows,
+        rsm,
+        tiles,
+        pipelines: Default::default(),
+    });
+}
+
+type View<'a> = (
+    &'a ExtractedView,
+    &'a ViewTarget,
+    &'a ExtractedCamera,
+    &'a ViewSurface,
+    &'a ViewUniformOffset,
+);
+
+/// Has the lights captured as the view wants it, whatever the technique needs.
+fn extract_needs(debug: Extract<Res<GiDebugSettings>>, mut needs: ResMut<SceneNeeds>) {
+    if debug.view.painter() == Painter::LightMaps {
+        needs.add(SceneNeeds {
+            shadows: debug.view == GiView::ShadowMaps,
+            rsm: debug.view != GiView::ShadowMaps,
+            ..Default::default()
+        });
+    }
+}
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+fn draw(
+    view: ViewQuery<View>,
+    scenes: Query<&SceneBindGroup>,
+    shadows: Res<SceneShadows>,
+    rsm: Res<SceneRsm>,
+    debug: Res<GiDebugSettings>,
+    pass: Option<ResMut<LightMapsPass>>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    mut ctx: RenderContext,
+) {
+    let (extracted, target, camera, surface, offset) = view.into_inner();
+    let (Some(mut pass), Some(scene)) = (pass, scenes.iter().next()) else {
+        return;
+    };
+    let pass = &mut *pass;
+    // Without any map, there is nothing to bind; the empty picture is that of shadow maps.
+    let reflective = rsm
+        .bind_group
+        .as_ref()
+        .filter(|_| debug.view != GiView::ShadowMaps);
+    let (shader, name, tiles) = match reflective {
+        Some(_) => (&pass.rsm, "gi/debug/rsm", [rsm.count(), 0]),
+        None if debug.view == GiView::ShadowMaps => {
+            (&pass.shadows, NAME, [shadows.count(), shadows.size()])
+        }
+        None => (&pass.shadows, NAME, [0, 0]),
+    };
+    let pipeline = pass
+        .pipelines
+        .specialize(&cache, shader, (name, extracted.target_format));
+    let Some(pipeline) = cache.get_render_pipeline(pipeline) else {
+        return;
+    };
+    let mut uniform = UniformBuffer::from(GpuTiles {
+        count: tiles[0],
+        size: tiles[1],
+        view: debug.view as u32,
+    });
+    uniform.write_buffer(&device, &queue);
+    let group = device.create_bind_group(
+        NAME,
+        &cache.get_bind_group_layout(&pass.tiles),
+        &BindGroupEntries::single(&uniform),
+    );
+    let color = target.get_color_attachment();
+    camera_pass(&mut ctx, NAME, camera, color, None, |pass| {
+        pass.set_render_pipeline(pipeline);
+        pass.set_bind_group(0, &surface.bind_group, &[offset.offset]);
+        pass.set_bind_group(1, &scene.0, &[]);
+        pass.set_bind_group(2, &group, &[]);
+        if let Some(rsm) = reflective {
+            pass.set_bind_group(3, rsm, &[]);
+        }
+        pass.draw(0..3, 0..1);
+    });
+}

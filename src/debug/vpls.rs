@@ -1,0 +1,140 @@
+//! The virtual point lights of the reflective shadow maps, as spheres.
+
+use bevy::{
+    app::{App, Plugin},
+    asset::{AssetServer, embedded_asset, load_embedded_asset},
+    ecs::{prelude::*, schedule::IntoScheduleConfigs},
+    math::UVec3,
+    render::{
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use super::{
+    GiDebugSettings,
+    shapes::{DebugShapes, FillShapes},
+};
+use crate::{
+    gpu::compute::ComputePass,
+    scene::{
+        needs::{NeedsKnown, SceneNeeds},
+        rsm::{self, SceneRsm, rsm_layout},
+    },
+};
+
+const NAME: &str = "gi/debug/show_vpls";
+
+/// Uniform of `vpls.wgsl`.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+struct GpuShowVpls {
+    count: u32,
+}
+
+#[derive(Resource)]
+struct VplsPass {
+    pass: ComputePass,
+    layouts: [BindGroupLayoutDescriptor; 2],
+    /// Groups 1 and 2 of the pass.
+    empty: BindGroup,
+}
+
+/// The entity that has the spheres.
+#[derive(Component)]
+struct VplShapes;
+
+pub(super) struct VplsViewPlugin;
+
+impl Plugin for VplsViewPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "vpls.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(RenderStartup, init_pass)
+            .add_systems(ExtractSchedule, extract_needs.in_set(NeedsKnown))
+            .add_systems(
+                Render,
+                prepare
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .after(crate::scene::rsm::prepare_bind_groups),
+            );
+    }
+}
+
+/// Has them computed, whatever the technique needs.
+fn extract_needs(debug: Extract<Res<GiDebugSettings>>, mut needs: ResMut<SceneNeeds>) {
+    needs.rsm |= debug.show_vpls;
+}
+
+fn init_pass(
+    mut commands: Commands,
+    server: Res<AssetServer>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+) {
+    let own = BindGroupLayoutDescriptor::new(
+        NAME,
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                uniform_buffer::<GpuShowVpls>(false),
+                storage_buffer_sized(false, None),
+            ),
+        ),
+    );
+    let none = BindGroupLayoutDescriptor::new("gi/debug/none", &[]);
+    commands.insert_resource(VplsPass {
+        pass: ComputePass::new(
+            &cache,
+            NAME,
+            &[&own, &none, &none, &rsm_layout()],
+            load_embedded_asset!(server.as_ref(), "vpls.wgsl"),
+            "show_vpls",
+            rsm::shader_defs(),
+        ),
+        empty: device.create_bind_group("gi/debug/none", &cache.get_bind_group_layout(&none), &[]),
+        layouts: [own, none],
+    });
+}
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+fn prepare(
+    mut commands: Commands,
+    shown: Query<(Entity, &DebugShapes), With<VplShapes>>,
+    debug: Res<GiDebugSettings>,
+    rsm: Res<SceneRsm>,
+    pass: Option<Res<VplsPass>>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    let before = shown.iter().next();
+    let (Some(pass), Some(lookup), true) = (pass, &rsm.bind_group, debug.show_vpls) else {
+        if let Some((entity, _)) = before {
+            commands.entity(entity).despawn();
+        }
+        return;
+    };
+    let count = rsm.vpl_count();
+    let mut uniform = UniformBuffer::from(GpuShowVpls { count });
+    uniform.write_buffer(&device, &queue);
+    let shapes = DebugShapes::new(count, before.map(|b| b.1), &device, |shapes| {
+        let own = device.create_bind_group(
+            NAME,
+            &cache.get_bind_group_layout(&pass.layouts[0]),
+            &BindGroupEntries::sequential((&uniform, shapes.as_entire_binding())),
+        );
+        FillShapes {
+            pass: pass.pass,
+            groups: UVec3::new(count.div_ceil(64), 1, 1),
+            bind_groups: vec![own, pass.empty.clone(), pass.empty.clone(), lookup.clone()],
+        }
+    });
+    match before {
+        Some((entity, _)) => commands.entity(entity).insert(shapes),
+        None => &mut commands.spawn((VplShapes, shapes)),
+    };
+}

@@ -1,0 +1,322 @@
+//! The panel without a GPU: everything in it is there, and every button does what it says.
+
+use std::time::{Duration, Instant};
+
+use bevy::{
+    app::App,
+    ecs::prelude::*,
+    input::{ButtonInput, keyboard::KeyCode},
+    light::{DirectionalLight, PointLight, RectLight, SpotLight},
+    reflect::ReflectRef,
+};
+use bevy_egui::{EguiPlugin, egui};
+
+use super::{GiInspector, GiInspectorPlugin, Tab, cost, panel};
+use crate::{
+    GiDebugSettings, GiHistory, GiLight, GiQuality, GiSettings, GiSettingsRegistry, GiTechnique,
+    GiView, GiVolume, VoxelConeTracingSettings, wgsl_tests,
+};
+
+/// The panel's contents, with a pointer but without a window.
+struct Panel {
+    app: App,
+    inspector: GiInspector,
+    ctx: egui::Context,
+    seconds: f64,
+    /// Text of the last frame, and where it is.
+    text: Vec<(egui::Pos2, String)>,
+    copied: String,
+}
+
+impl Panel {
+    fn new(tab: Tab) -> Self {
+        let (mut app, _) = wgsl_tests::load(&[]);
+        app.init_resource::<cost::CostHistory>();
+        bevy::app::Plugin::build(&super::DefaultInspectorConfigPlugin, &mut app);
+        Self {
+            app,
+            inspector: GiInspector {
+                tab,
+                ..Default::default()
+            },
+            ctx: egui::Context::default(),
+            seconds: 0.0,
+            text: Vec::new(),
+            copied: String::new(),
+        }
+    }
+
+    fn world(&mut self) -> &mut World {
+        self.app.world_mut()
+    }
+
+    fn get<T: Resource>(&self) -> &T {
+        self.app.world().resource::<T>()
+    }
+
+    fn frame(&mut self, events: Vec<egui::Event>) {
+        self.seconds += 0.1;
+        let size = egui::vec2(600.0, 8000.0);
+        self.ctx.begin_pass(egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)),
+            time: Some(self.seconds),
+            events,
+            ..Default::default()
+        });
+        let (world, inspector) = (self.app.world_mut(), &mut self.inspector);
+        egui::Window::new("panel")
+            .fixed_pos(egui::Pos2::ZERO)
+            .fixed_size([580.0, 7900.0])
+            .show(&self.ctx, |ui| panel::contents(world, inspector, ui));
+        let output = self.ctx.end_pass();
+        self.text.clear();
+        for shape in output.shapes {
+            collect(&shape.shape, &mut self.text);
+        }
+        for command in output.platform_output.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                self.copied = text;
+            }
+        }
+    }
+
+    /// What is to be read, once all that unfolds has unfolded.
+    fn text(&mut self) -> String {
+        for _ in 0..40 {
+            self.frame(Vec::new());
+        }
+        let lines = self.text.iter().map(|(_, line)| line.as_str());
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
+    /// Presses the first thing with this text.
+    fn click(&mut self, label: &str) {
+        let all = self.text();
+        let found = self.text.iter().find(|(_, text)| text == label);
+        let Some(at) = found.map(|(at, _)| *at + egui::vec2(3.0, 3.0)) else {
+            panic!("no '{label}' in\n{all}")
+        };
+        let button = |pressed| egui::Event::PointerButton {
+            pos: at,
+            button: egui::PointerButton::Primary,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        };
+        self.frame(vec![egui::Event::PointerMoved(at)]);
+        self.frame(vec![button(true)]);
+        self.frame(vec![button(false)]);
+        self.frame(Vec::new());
+    }
+
+    fn count<C: Component>(&mut self) -> usize {
+        let world = self.world();
+        world.query::<&C>().iter(world).count()
+    }
+}
+
+fn collect(shape: &egui::Shape, text: &mut Vec<(egui::Pos2, String)>) {
+    match shape {
+        egui::Shape::Text(shape) => text.push((shape.pos, shape.galley.text().to_owned())),
+        egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect(shape, text)),
+        _ => {}
+    }
+}
+
+/// Nothing in the panel knows the names of the settings.
+#[test]
+fn every_parameter_of_every_settings_resource_is_shown() {
+    let mut panel = Panel::new(Tab::Settings);
+    let mut shown = 0;
+    let registry = panel.get::<GiSettingsRegistry>().clone();
+    for entry in registry.iter() {
+        panel.inspector.tab = match panel::is_debug(entry) {
+            true => Tab::Views,
+            false => Tab::Settings,
+        };
+        // Groups of other techniques are folded, unless something is looked for.
+        panel.inspector.search = entry.name.into();
+        let text = panel.text();
+        let ReflectRef::Struct(fields) = entry.default_value().reflect_ref() else {
+            panic!("{} has no fields", entry.name)
+        };
+        for i in 0..fields.field_len() {
+            let name = fields.name_at(i).unwrap().replace('_', " ");
+            // Alone, marked, or with its unit.
+            let is_it = |line: &str| {
+                let line = line.trim_start_matches("• ");
+                line == name || line.starts_with(&format!("{name}, "))
+            };
+            assert!(
+                text.lines().any(is_it),
+                "{}: {name} is missing in\n{text}",
+                entry.name
+            );
+            shown += 1;
+        }
+    }
+    assert!(shown > 30, "only {shown} parameters");
+}
+
+/// A world without a renderer, a camera or a window has a panel, too.
+#[test]
+fn every_tab_can_be_shown() {
+    let mut panel = Panel::new(Tab::Settings);
+    panel.world().spawn(GiVolume::default());
+    let light = panel.world().spawn(PointLight::default()).id();
+    panel.inspector.selected = Some(light);
+    for tab in Tab::ALL {
+        panel.click(tab.name());
+        assert_eq!(panel.inspector.tab, tab);
+        let text = panel.text();
+        assert!(text.contains("Technique"), "{text}");
+        let expected = match tab {
+            Tab::Settings => "indirect strength",
+            Tab::Scene => "128 voxels",
+            Tab::Cost => "bevy_gi is off",
+            Tab::Views => "voxel-albedo",
+        };
+        assert!(text.contains(expected), "{expected} is missing in\n{text}");
+    }
+}
+
+#[test]
+fn technique_presets_and_views_are_chosen_by_a_click() {
+    let mut panel = Panel::new(Tab::Settings);
+    panel.world().remove_resource::<crate::GiSupport>();
+    panel.click(GiTechnique::Off.title());
+    assert_eq!(panel.get::<GiSettings>().technique, GiTechnique::Off);
+    panel.click(GiTechnique::VoxelConeTracing.title());
+    assert_eq!(
+        panel.get::<GiSettings>().technique,
+        GiTechnique::VoxelConeTracing
+    );
+    panel.click("low");
+    let low = VoxelConeTracingSettings::preset(GiQuality::Low);
+    assert_eq!(*panel.get::<VoxelConeTracingSettings>(), low);
+    panel.click("paper");
+    let paper = VoxelConeTracingSettings::paper();
+    assert_eq!(*panel.get::<VoxelConeTracingSettings>(), paper);
+    panel.click("Views");
+    panel.click("voxel-albedo");
+    assert_eq!(panel.get::<GiDebugSettings>().view, GiView::VoxelAlbedo);
+}
+
+#[test]
+fn volumes_and_lights_are_added_and_removed_by_a_click() {
+    let mut panel = Panel::new(Tab::Scene);
+    panel.click("+ volume");
+    assert_eq!(panel.count::<GiVolume>(), 1);
+    panel.click("Remove volume");
+    assert_eq!(panel.count::<GiVolume>(), 0);
+    for (button, count) in [
+        (
+            "+ point light",
+            Panel::count::<PointLight> as fn(&mut Panel) -> usize,
+        ),
+        ("+ spot light", Panel::count::<SpotLight>),
+        ("+ rect light", Panel::count::<RectLight>),
+        ("+ sun", Panel::count::<DirectionalLight>),
+    ] {
+        panel.click(button);
+        assert_eq!(count(&mut panel), 1, "{button}");
+        assert!(panel.inspector.selected.is_some(), "{button}");
+        panel.click("+ GiLight");
+        assert_eq!(panel.count::<GiLight>(), 1, "{button}");
+        panel.click("Remove GiLight");
+        assert_eq!(panel.count::<GiLight>(), 0, "{button}");
+        panel.click("Remove light");
+        assert_eq!(count(&mut panel), 0, "{button}");
+    }
+    // What somebody else has made stays, without its light.
+    let mine = panel
+        .world()
+        .spawn((Name::new("lamp post"), PointLight::default()))
+        .id();
+    panel.inspector.selected = Some(mine);
+    panel.click("Remove light");
+    assert!(panel.world().get_entity(mine).is_ok());
+    assert!(panel.world().get::<PointLight>(mine).is_none());
+}
+
+#[test]
+fn files_history_and_capture_have_their_buttons() {
+    let mut panel = Panel::new(Tab::Settings);
+    let name = format!("bevy_gi_panel_{}.ron", std::process::id());
+    let file = std::env::temp_dir().join(name);
+    panel.inspector.file = file.to_string_lossy().into_owned();
+    panel.world().resource_mut::<GiSettings>().history_frames = 17;
+    panel.click("Save");
+    panel.world().resource_mut::<GiSettings>().history_frames = 3;
+    panel.click("Load");
+    assert_eq!(panel.get::<GiSettings>().history_frames, 17);
+    let _ = std::fs::remove_file(&file);
+    panel.click("Load");
+    let text = panel.text();
+    let name = file.to_string_lossy();
+    assert!(text.contains(&*name) && !text.contains("loaded"), "{text}");
+    panel.click("Copy as Rust");
+    let code = panel.copied.clone();
+    assert!(code.contains("history_frames: 17"), "{code}");
+    assert!(!panel.get::<GiSettings>().freeze_capture);
+    panel.click("Freeze capture");
+    assert!(panel.get::<GiSettings>().freeze_capture);
+    let before = *panel.get::<GiHistory>();
+    panel.click("Reset history");
+    assert_ne!(*panel.get::<GiHistory>(), before);
+    panel.click("Reload shaders");
+    let text = panel.text();
+    let reloaded = text.lines().find(|line| line.contains("shaders reloaded"));
+    assert!(reloaded.is_some_and(|line| line.starts_with(|c: char| ('1'..='9').contains(&c))));
+}
+
+fn press(app: &mut App, key: KeyCode) {
+    let mut keys = app.world_mut().resource_mut::<ButtonInput<KeyCode>>();
+    keys.press(key);
+    app.update();
+    let mut keys = app.world_mut().resource_mut::<ButtonInput<KeyCode>>();
+    keys.release(key);
+    keys.clear();
+}
+
+/// An app with the plugin under test, without a renderer.
+fn app(egui: bool) -> App {
+    let mut app = App::new();
+    wgsl_tests::add_plugins(&mut app);
+    if egui {
+        app.add_plugins(EguiPlugin::default());
+    }
+    app.add_plugins(GiInspectorPlugin::default());
+    wgsl_tests::finish(&mut app);
+    app
+}
+
+#[test]
+fn the_key_opens_and_closes_it_and_closed_it_costs_nothing() {
+    let mut app = app(true);
+    app.update();
+    assert!(!app.world().resource::<GiInspector>().open);
+    press(&mut app, KeyCode::F1);
+    assert!(app.world().resource::<GiInspector>().open);
+    press(&mut app, KeyCode::F2);
+    assert!(app.world().resource::<GiInspector>().open);
+    press(&mut app, KeyCode::F1);
+    assert!(!app.world().resource::<GiInspector>().open);
+    // A whole frame of this app without a renderer, with the panel closed, stays below what the panel
+    // alone may take; the fastest of many, since other programs run meanwhile.
+    let fastest = (0..200).map(|_| {
+        let start = Instant::now();
+        app.update();
+        start.elapsed()
+    });
+    let fastest = fastest.min().unwrap_or_default();
+    println!("a frame with the panel closed: {fastest:?}");
+    assert!(fastest < Duration::from_millis(1), "{fastest:?}");
+}
+
+#[test]
+fn without_egui_it_only_warns() {
+    let mut app = app(false);
+    press(&mut app, KeyCode::F1);
+    app.update();
+    assert!(app.world().resource::<GiInspector>().open);
+}

@@ -1,0 +1,48 @@
+//! What of the capture anybody reads this frame: nothing else is drawn.
+
+use bevy::{
+    app::{App, Plugin},
+    ecs::prelude::*,
+    render::{ExtractSchedule, RenderApp},
+};
+
+/// Parts of the capture that are wanted.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct SceneNeeds {
+    /// [`SceneVoxels`](super::voxels).
+    pub voxels: bool,
+    /// [`SceneShadows`](super::shadows).
+    pub shadows: bool,
+    /// [`SceneRsm`](super::rsm).
+    pub rsm: bool,
+}
+
+impl SceneNeeds {
+    /// Wants what `other` wants, too.
+    pub fn add(&mut self, other: Self) {
+        self.voxels |= other.voxels;
+        self.shadows |= other.shadows;
+        self.rsm |= other.rsm;
+    }
+}
+
+/// While extracting: everybody has said what they need.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct NeedsKnown;
+
+pub(crate) struct NeedsPlugin;
+
+impl Plugin for NeedsPlugin {
+    fn build(&self, app: &mut App) {
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<SceneNeeds>()
+            .add_systems(ExtractSchedule, forget.before(NeedsKnown));
+    }
+}
+
+fn forget(mut needs: ResMut<SceneNeeds>) {
+    *needs = SceneNeeds::default();
+}

@@ -1,0 +1,86 @@
+// Turns the G-buffer that a light sees into texels of its reflective shadow map.
+
+#import bevy_gi::gpu::pack::pack_normal
+#import bevy_gi::scene::rsm::types::{RsmMaps, rsm_position}
+#import bevy_pbr::{
+    pbr_deferred_types::{
+        DEFERRED_FLAGS_UNLIT_BIT, unpack_24bit_normal, unpack_flags, unpack_unorm4x8_,
+    },
+    rgb9e5::vec3_to_rgb9e5_,
+    utils::octahedral_decode,
+}
+
+struct Resolve {
+    map: u32,
+}
+
+@group(0) @binding(0) var<uniform> resolve_: Resolve;
+@group(0) @binding(1) var<storage, read> maps: RsmMaps;
+@group(0) @binding(2) var depth_texture: texture_depth_2d;
+@group(0) @binding(3) var deferred_texture: texture_2d<u32>;
+@group(0) @binding(4) var texels: texture_storage_2d<rgba32uint, write>;
+@group(0) @binding(5) var flux: texture_storage_2d<r32float, write>;
+
+// Bevy's windowed falloff without its inverse square, which the texels' solid angle has.
+fn window(distance: f32, range: f32) -> f32 {
+    let factor = distance * distance / max(range * range, 1e-4);
+    let w = saturate(1.0 - factor * factor);
+    return w * w;
+}
+
+@compute @workgroup_size(8, 8)
+fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
+    let map = maps.array[resolve_.map];
+    if any(id.xy >= vec2(map.size)) {
+        return;
+    }
+    let at = vec2<i32>(id.xy);
+    let z = textureLoad(depth_texture, at, 0);
+    let packed = textureLoad(deferred_texture, at, 0);
+    let unlit = (unpack_flags(packed.a) & DEFERRED_FLAGS_UNLIT_BIT) != 0u;
+    if z == 0.0 || all(packed == vec4(0u)) || unlit {
+        textureStore(texels, at, vec4(0u));
+        textureStore(flux, at, vec4(0.0));
+        return;
+    }
+    // Diffuse and specular together, as voxels have it: what a rough surface of that colour reflects.
+    let albedo = pow(unpack_unorm4x8_(packed.r).rgb, vec3(2.2));
+    let uv = (vec2<f32>(id.xy) + 0.5) / f32(map.size);
+    let p = rsm_position(map, uv, z);
+    var n = octahedral_decode(unpack_24bit_normal(packed.a));
+
+    // Part of the light that arrives in this texel, over `flux_scale`.
+    var arrives = 1.0;
+    var to_light = -map.direction;
+    if map.kind != #{LIGHT_DIRECTIONAL}u {
+        let d = p - map.position;
+        let distance = length(d);
+        to_light = -d / max(distance, 1e-6);
+        // Solid angle of a texel over that of one in the middle: the cube of the cosine to the axis.
+        let side = 2.0 * uv - 1.0;
+        let axis = rsm_position(map, vec2(0.5), z) - map.position;
+        let c = saturate(dot(normalize(axis), -to_light));
+        arrives = c * c * c * window(distance, map.range);
+        let cosine = dot(-to_light, map.direction);
+        if map.kind == #{LIGHT_SPOT}u {
+            let cone = saturate((cosine - map.cos_outer) / max(map.cos_inner - map.cos_outer, 1e-4));
+            arrives *= cone * cone;
+        }
+        if map.kind == #{LIGHT_RECT}u {
+            // Its intensity from afar: luminance times the area that it shows.
+            arrives *= saturate(cosine) * 4.0 * length(map.half_width) * length(map.half_height);
+        }
+    }
+    // What the light sees is lit, whichever way a normal map or a two-sided leaf has turned it.
+    n = select(n, -n, dot(n, to_light) < -0.2);
+    let words = vec4(
+        vec3_to_rgb9e5_(albedo * arrives),
+        pack_normal(n, 1u),
+        bitcast<u32>(z),
+        pack4x8unorm(vec4(albedo, 1.0)),
+    );
+    textureStore(texels, at, words);
+    // Without the colour of the light, which may change without a new map.
+    let strength = dot(albedo, vec3(0.2126, 0.7152, 0.0722));
+    textureStore(flux, at, vec4(arrives * strength * map.flux_scale));
+}

@@ -1,0 +1,77 @@
+// Reflective shadow maps: a texel, and what one says. Twin of types.rs.
+#define_import_path bevy_gi::scene::rsm::types
+
+#import bevy_gi::gpu::pack::unpack_normal
+#import bevy_pbr::rgb9e5::rgb9e5_to_vec3_
+
+struct RsmMap {
+    clip_from_world: mat4x4<f32>,
+    world_from_clip: mat4x4<f32>,
+    color: vec3<f32>,
+    kind: u32,
+    position: vec3<f32>,
+    size: u32,
+    direction: vec3<f32>,
+    flux_scale: f32,
+    half_width: vec3<f32>,
+    range: f32,
+    half_height: vec3<f32>,
+    cos_inner: f32,
+    cos_outer: f32,
+    drawn: u32,
+}
+
+struct RsmMaps {
+    count: u32,
+    array: array<RsmMap>,
+}
+
+struct Vpl {
+    position: vec3<f32>,
+    radius_squared: f32,
+    flux: vec3<f32>,
+    normal: u32,
+}
+
+// What a light lights in a texel of its map.
+struct RsmTexel {
+    exists: bool,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    // Reflected, lumens.
+    flux: vec3<f32>,
+    albedo: vec3<f32>,
+}
+
+// World position of a point of a map.
+fn rsm_position(map: RsmMap, uv: vec2<f32>, z: f32) -> vec3<f32> {
+    let ndc = vec3(uv * vec2(2.0, -2.0) + vec2(-1.0, 1.0), z);
+    let world = map.world_from_clip * vec4(ndc, 1.0);
+    return world.xyz / world.w;
+}
+
+fn unpack_rsm(map: RsmMap, texel: vec2<u32>, words: vec4<u32>) -> RsmTexel {
+    var t: RsmTexel;
+    t.exists = (words.y >> 24u) != 0u;
+    if !t.exists {
+        return t;
+    }
+    let uv = (vec2<f32>(texel) + 0.5) / f32(map.size);
+    t.position = rsm_position(map, uv, bitcast<f32>(words.z));
+    t.normal = unpack_normal(words.y);
+    t.flux = rgb9e5_to_vec3_(words.x) * map.color * map.flux_scale;
+    t.albedo = unpack4x8unorm(words.w).rgb;
+    return t;
+}
+
+// Area of the surface that a texel shows, square metres.
+fn texel_area(map: RsmMap, p: vec3<f32>, n: vec3<f32>) -> f32 {
+    if map.kind == #{LIGHT_DIRECTIONAL}u {
+        return map.flux_scale / max(abs(dot(n, map.direction)), 0.1);
+    }
+    let d = p - map.position;
+    let distance = max(length(d), 1e-6);
+    // A texel's solid angle goes with the cube of the cosine to the axis.
+    let c = saturate((map.clip_from_world * vec4(p, 1.0)).w / distance);
+    return map.flux_scale * c * c * c * distance * distance / max(abs(dot(n, d / distance)), 0.1);
+}

@@ -1,0 +1,281 @@
+//! Reflective shadow maps: they hold all of the light that a light sends out, and nothing else.
+
+use std::f32::consts::{FRAC_PI_4, PI};
+
+use bevy::{color::palettes::css, prelude::*};
+use bevy_gi::prelude::*;
+
+use crate::{
+    common::{
+        figures::luminance,
+        headless::{Headless, Picture},
+        scenes::stage::diffuse,
+    },
+    support::{Vpl, app, assert_sane, camera, material, read_vpls, room, settle, slab},
+};
+
+const ALBEDO: f32 = 0.5;
+
+/// A closed room of 4 x 3 x 4 m, white as far as it goes, in a volume; its maps are computed because they
+/// are shown.
+fn closed_room(colour: [f32; 3]) -> (Headless, Handle<Image>) {
+    let mut headless = app();
+    let walls = material(&mut headless, diffuse(colour));
+    let (min, max) = (Vec3::new(-2.0, 0.0, -2.0), Vec3::new(2.0, 3.0, 2.0));
+    room(&mut headless, min, max, 0.2, &walls);
+    let world = headless.app.world_mut();
+    world.resource_mut::<GiDebugSettings>().show_vpls = true;
+    world.spawn((
+        GiVolume::new(Vec3::new(4.8, 3.8, 4.8)).with_resolution(32),
+        Transform::from_xyz(0.0, 1.5, 0.0),
+    ));
+    let (_, target) = camera(
+        &mut headless,
+        UVec2::new(96, 64),
+        Vec3::new(0.0, 1.5, 1.9),
+        Vec3::new(0.0, 1.2, 0.0),
+        70.0,
+    );
+    (headless, target)
+}
+
+fn total(vpls: &[Vpl]) -> f32 {
+    vpls.iter().map(|vpl| luminance(&vpl.flux.to_array())).sum()
+}
+
+/// Light that a spot of Bevy's sends into its cone, lumens.
+fn spot_lumens(light: &SpotLight) -> f32 {
+    let (inner, outer) = (light.inner_angle.cos(), light.outer_angle.cos());
+    let steps = 10_000;
+    let sum: f32 = (0..steps)
+        .map(|i| {
+            let theta = light.outer_angle * (i as f32 + 0.5) / steps as f32;
+            let cone = ((theta.cos() - outer) / (inner - outer).max(1e-4)).clamp(0.0, 1.0);
+            cone * cone * theta.sin() * light.outer_angle / steps as f32
+        })
+        .sum();
+    light.intensity / (4.0 * PI) * 2.0 * PI * sum
+}
+
+/// The sum over all texels is the light's power into the frustum, times what surfaces reflect: within 1 %,
+/// for every kind of light.
+#[test]
+fn the_flux_of_all_texels_is_that_of_the_light() {
+    let far = 1e4;
+    let point = PointLight {
+        intensity: 1000.0,
+        range: far,
+        ..default()
+    };
+    let spot = SpotLight {
+        intensity: 1000.0,
+        range: far,
+        inner_angle: 0.4,
+        outer_angle: FRAC_PI_4,
+        ..default()
+    };
+    let rect = RectLight {
+        intensity: 1000.0,
+        range: far,
+        width: 0.2,
+        height: 0.3,
+        ..default()
+    };
+    let down = Transform::from_xyz(0.3, 2.2, -0.2).looking_to(Vec3::NEG_Y, Vec3::X);
+    type Insert<'a> = &'a dyn Fn(&mut EntityWorldMut);
+    let cases: [(&str, f32, Insert); 3] = [
+        ("point", 1000.0, &|entity| _ = entity.insert(point)),
+        ("spot", spot_lumens(&spot), &|entity| {
+            _ = entity.insert(spot)
+        }),
+        ("rect", 1000.0, &|entity| _ = entity.insert(rect)),
+    ];
+    for (name, lumens, insert) in cases {
+        let (mut headless, _) = closed_room([ALBEDO; 3]);
+        let world = headless.app.world_mut();
+        insert(&mut world.spawn(down));
+        settle(&mut headless, 3);
+        let vpls = read_vpls(&mut headless);
+        let sum = total(&vpls);
+        println!("{name}: {sum} of {} lm", ALBEDO * lumens);
+        assert!(
+            (sum / (ALBEDO * lumens) - 1.0).abs() < 0.01,
+            "{name}: {sum}"
+        );
+        // They lie on the walls, and stand for as much surface as the light reaches.
+        for vpl in &vpls {
+            let inside = (vpl.position - Vec3::new(0.0, 1.5, 0.0)).abs();
+            let to_wall = (Vec3::new(2.0, 1.5, 2.0) - inside).min_element();
+            assert!(to_wall.abs() < 0.03, "{name}: {vpl:?}");
+        }
+        // 2 * 16 + 4 * 12 square metres; each patch is as large as if all of it were lit like its middle.
+        let area: f32 = vpls.iter().map(|vpl| vpl.area).sum();
+        if name == "point" {
+            assert!(
+                (area / 80.0 - 1.0).abs() < 0.1,
+                "{name}: {area} square metres"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_directional_light_lights_the_whole_volume() {
+    let mut headless = app();
+    let floor = material(&mut headless, diffuse([ALBEDO; 3]));
+    slab(
+        &mut headless,
+        Vec3::new(-10.0, -0.2, -10.0),
+        Vec3::new(10.0, 0.0, 10.0),
+        &floor,
+    );
+    let world = headless.app.world_mut();
+    world.resource_mut::<GiDebugSettings>().show_vpls = true;
+    world.spawn(GiVolume::new(Vec3::splat(8.0)).with_resolution(32));
+    for tilt in [0.0_f32, 0.6] {
+        let world = headless.app.world_mut();
+        let direction = Vec3::new(tilt.sin(), -tilt.cos(), 0.0);
+        let sun = world
+            .spawn((
+                DirectionalLight {
+                    illuminance: 1000.0,
+                    ..default()
+                },
+                Transform::default().looking_to(direction, Vec3::Z),
+            ))
+            .id();
+        if tilt == 0.0 {
+            camera(
+                &mut headless,
+                UVec2::splat(16),
+                Vec3::new(0.0, 3.0, 5.0),
+                Vec3::ZERO,
+                60.0,
+            );
+        }
+        settle(&mut headless, 3);
+        let sum = total(&read_vpls(&mut headless));
+        // The map is as large as the volume looks from the sun; a floor lies all over it.
+        let across = 8.0 * tilt.cos() + 8.0 * tilt.sin();
+        let lumens = 1000.0 * 8.0 * across;
+        println!("tilt {tilt}: {sum} of {} lm", ALBEDO * lumens);
+        assert!(
+            (sum / (ALBEDO * lumens) - 1.0).abs() < 0.01,
+            "{tilt}: {sum}"
+        );
+        headless.app.world_mut().despawn(sun);
+    }
+}
+
+/// Textures, colours of lights, and darkness: what reflects nothing gets no virtual light.
+#[test]
+fn virtual_lights_have_the_colours_of_what_is_lit() {
+    let (mut headless, target) = closed_room([0.8, 0.4, 0.2]);
+    let black = material(&mut headless, diffuse([0.0; 3]));
+    slab(
+        &mut headless,
+        Vec3::new(-1.0, 0.0, -1.0),
+        Vec3::new(1.0, 0.1, 1.0),
+        &black,
+    );
+    headless.app.world_mut().spawn((
+        PointLight {
+            intensity: 1000.0,
+            range: 1e4,
+            color: css::WHITE.into(),
+            ..default()
+        },
+        Transform::from_xyz(0.0, 1.5, 0.0),
+    ));
+    settle(&mut headless, 3);
+    let vpls = read_vpls(&mut headless);
+    for vpl in &vpls {
+        let Vec3 { x, y, z } = vpl.flux;
+        assert!(
+            (x / y - 2.0).abs() < 0.05 && (y / z - 2.0).abs() < 0.05,
+            "{vpl:?}"
+        );
+        let on_black = vpl.position.xz().abs().max_element() < 0.97 && vpl.position.y < 0.5;
+        assert!(!on_black, "{vpl:?}");
+    }
+    assert_eq!(vpls.len(), 1024);
+
+    // Spheres of that light are in the picture.
+    let picture = headless.picture(&target);
+    assert_sane(&picture, "virtual lights");
+    let plain = shown(&mut headless, &target, |debug| debug.show_vpls = false);
+    let differs = picture.pixels.iter().zip(&plain.pixels);
+    let differs = differs.filter(|(a, b)| (a[0] - b[0]).abs() > 0.1 * b[0]);
+    assert!(differs.count() > 100, "no spheres are seen");
+}
+
+fn shown(
+    headless: &mut Headless,
+    target: &Handle<Image>,
+    change: impl FnOnce(&mut GiDebugSettings),
+) -> Picture {
+    let mut debug = headless.app.world_mut().resource_mut::<GiDebugSettings>();
+    change(&mut debug);
+    headless.steps(3);
+    headless.picture(target)
+}
+
+/// Frames of the last `count` in which maps were drawn.
+fn drawn(headless: &mut Headless, count: u32) -> usize {
+    headless.steps(count);
+    let passes = headless.passes_ms.iter();
+    let maps = passes.filter(|(name, _)| name.contains("gi/scene/rsm/"));
+    maps.flat_map(|(_, ms)| ms).filter(|ms| **ms > 0.0).count()
+}
+
+/// A map is drawn when its light or what it sees has moved, and only then.
+#[test]
+fn maps_are_drawn_only_when_something_moved() {
+    let (mut headless, _) = closed_room([ALBEDO; 3]);
+    let world = headless.app.world_mut();
+    let light = world
+        .spawn((
+            PointLight {
+                intensity: 1000.0,
+                range: 5.0,
+                ..default()
+            },
+            Transform::from_xyz(0.0, 1.5, 0.0),
+        ))
+        .id();
+    let box_material = material(&mut headless, diffuse([ALBEDO; 3]));
+    let near = slab(
+        &mut headless,
+        Vec3::new(-0.2, 0.0, -0.2),
+        Vec3::new(0.2, 0.4, 0.2),
+        &box_material,
+    );
+    let far = slab(
+        &mut headless,
+        Vec3::new(6.4, 0.0, -0.2),
+        Vec3::new(6.8, 0.4, 0.2),
+        &box_material,
+    );
+    settle(&mut headless, 6);
+    assert_eq!(drawn(&mut headless, 6), 0, "nothing moves");
+
+    let before = total(&read_vpls(&mut headless));
+    let world = headless.app.world_mut();
+    world.get_mut::<PointLight>(light).unwrap().intensity = 2000.0;
+    assert_eq!(
+        drawn(&mut headless, 6),
+        0,
+        "the light only changes its strength"
+    );
+    let after = total(&read_vpls(&mut headless));
+    assert!((after / before - 2.0).abs() < 1e-3, "{before} to {after}");
+
+    let moved = |headless: &mut Headless, entity| {
+        let world = headless.app.world_mut();
+        world.get_mut::<Transform>(entity).unwrap().translation.x += 0.1;
+        drawn(headless, 6)
+    };
+    assert!(moved(&mut headless, light) > 0, "the light moves");
+    assert!(moved(&mut headless, near) > 0, "what it lights moves");
+    assert_eq!(moved(&mut headless, far), 0, "what it does not reach moves");
+}
