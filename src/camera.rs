@@ -104,8 +104,7 @@ impl Plugin for GiCameraPlugin {
                 .set_to_deferred();
             info!("opaque StandardMaterials are now rendered deferred by default, for GI cameras");
         }
-        app.add_plugins(ExtractComponentPlugin::<GiCamera>::default())
-            .add_observer(turn_msaa_off)
+        app.add_observer(turn_msaa_off)
             .add_systems(PostUpdate, warn_about_format);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
@@ -117,6 +116,8 @@ impl Plugin for GiCameraPlugin {
                 .before(check_views_need_specialization)
                 .run_if(supported),
         );
+        // Without a renderer, it would panic where a camera is removed.
+        app.add_plugins(ExtractComponentPlugin::<GiCamera>::default());
     }
 }
 

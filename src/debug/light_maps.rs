@@ -35,7 +35,7 @@ struct GpuTiles {
     count: u32,
     size: u32,
     /// A [`GiView`].
-    view: u32,
+    content: u32,
 }
 
 #[derive(Resource)]
@@ -161,7 +161,7 @@ fn draw(
     let mut uniform = UniformBuffer::from(GpuTiles {
         count: tiles[0],
         size: tiles[1],
-        view: debug.view as u32,
+        content: debug.view as u32,
     });
     uniform.write_buffer(&device, &queue);
     let group = device.create_bind_group(

@@ -14,7 +14,8 @@ struct Tiles {
     count: u32,
     // Texels along a side of a map.
     size: u32,
-    view: u32,
+    // Which of the views.
+    content: u32,
 }
 
 const PI: f32 = 3.14159265359;
@@ -56,13 +57,13 @@ fn map_color(index: u32, uv: vec2<f32>) -> vec3<f32> {
     if !texel.exists {
         return vec3(0.0);
     }
-    if tiles.view == #{VIEW_RSM_NORMAL}u {
+    if tiles.content == #{VIEW_RSM_NORMAL}u {
         return 0.5 * texel.normal + 0.5;
     }
-    if tiles.view == #{VIEW_RSM_ALBEDO}u {
+    if tiles.content == #{VIEW_RSM_ALBEDO}u {
         return texel.albedo;
     }
-    if tiles.view == #{VIEW_RSM_DEPTH}u {
+    if tiles.content == #{VIEW_RSM_DEPTH}u {
         let clip = map.clip_from_world * vec4(texel.position, 1.0);
         return depth_color(clip.z / clip.w, map.clip_from_world);
     }

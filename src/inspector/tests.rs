@@ -3,11 +3,15 @@
 use std::time::{Duration, Instant};
 
 use bevy::{
-    app::App,
+    app::{App, Plugin},
     ecs::prelude::*,
-    input::{ButtonInput, keyboard::KeyCode},
+    input::{
+        ButtonState,
+        keyboard::{Key, KeyCode, KeyboardInput},
+    },
     light::{DirectionalLight, PointLight, RectLight, SpotLight},
     reflect::ReflectRef,
+    render::sync_world::SyncWorldPlugin,
 };
 use bevy_egui::{EguiPlugin, egui};
 
@@ -32,7 +36,9 @@ impl Panel {
     fn new(tab: Tab) -> Self {
         let (mut app, _) = wgsl_tests::load(&[]);
         app.init_resource::<cost::CostHistory>();
-        bevy::app::Plugin::build(&super::DefaultInspectorConfigPlugin, &mut app);
+        // Bevy's own lights want it where they are removed.
+        Plugin::build(&SyncWorldPlugin, &mut app);
+        Plugin::build(&super::DefaultInspectorConfigPlugin, &mut app);
         Self {
             app,
             inspector: GiInspector {
@@ -269,13 +275,18 @@ fn files_history_and_capture_have_their_buttons() {
     assert!(reloaded.is_some_and(|line| line.starts_with(|c: char| ('1'..='9').contains(&c))));
 }
 
-fn press(app: &mut App, key: KeyCode) {
-    let mut keys = app.world_mut().resource_mut::<ButtonInput<KeyCode>>();
-    keys.press(key);
-    app.update();
-    let mut keys = app.world_mut().resource_mut::<ButtonInput<KeyCode>>();
-    keys.release(key);
-    keys.clear();
+fn press(app: &mut App, key_code: KeyCode) {
+    for state in [ButtonState::Pressed, ButtonState::Released] {
+        app.world_mut().write_message(KeyboardInput {
+            key_code,
+            logical_key: Key::F1,
+            state,
+            text: None,
+            repeat: false,
+            window: Entity::PLACEHOLDER,
+        });
+        app.update();
+    }
 }
 
 /// An app with the plugin under test, without a renderer.

@@ -231,13 +231,14 @@ pub(crate) struct VolumePlugin;
 
 impl Plugin for VolumePlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins(SyncComponentPlugin::<GiVolume>::default())
-            .register_required_components::<GiVolume, VolumeGrid>()
+        app.register_required_components::<GiVolume, VolumeGrid>()
             .add_systems(PostUpdate, update_grids.after(TransformSystems::Propagate));
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
         render_app.add_systems(ExtractSchedule, extract_volumes);
+        // Without a renderer, it would panic where a volume is removed.
+        app.add_plugins(SyncComponentPlugin::<GiVolume>::default());
     }
 }
 
