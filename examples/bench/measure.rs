@@ -209,9 +209,9 @@ fn measure(
     options: &Options,
 ) -> Result<Case, String> {
     apply(studio.world(), technique, preset, voxels)?;
-    // New buffers, new pipelines, and a first look at the scene.
+    // New buffers, new pipelines, a first look at the scene, and all bounces of it.
     studio.headless.wait_until(|_| true);
-    studio.settle(16);
+    studio.settle(48);
     let mut situations = Vec::new();
     for (situation, without) in Situation::ALL.into_iter().zip(without) {
         studio.headless.steps_with(options.frames, |world, frame| {
@@ -219,7 +219,7 @@ fn measure(
         });
         situations.push(read(studio, situation, without));
         // Light has settled before the next one.
-        studio.settle(8);
+        studio.settle(16);
     }
     let stats = capture::statistics(&studio.headless);
     Ok(Case {
