@@ -8,7 +8,7 @@ use bevy::{
 use bevy_gi::{
     GiSettingsRegistry,
     inspector::{
-        GiInspectorPlugin,
+        GiInspector, GiInspectorPlugin,
         bevy_egui::{EguiGlobalSettings, EguiPlugin},
     },
     prelude::*,
@@ -42,7 +42,7 @@ impl Plugin for ControlsPlugin {
         })
         .insert_resource(Help(self.help))
         .add_systems(Startup, spawn_help)
-        .add_systems(Update, (keys, update_help).chain());
+        .add_systems(Update, (keys, update_help, make_room).chain());
     }
 }
 
@@ -116,6 +116,19 @@ fn keys(
     if keys.just_pressed(KeyCode::KeyH) {
         for mut visibility in &mut help {
             visibility.toggle_visible_hidden();
+        }
+    }
+}
+
+/// The panel has the help's corner while it is open.
+fn make_room(inspector: Res<GiInspector>, mut help: Query<&mut Node, With<HelpText>>) {
+    for mut node in &mut help {
+        let display = match inspector.open {
+            true => Display::None,
+            false => Display::Flex,
+        };
+        if node.display != display {
+            node.display = display;
         }
     }
 }
