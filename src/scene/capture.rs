@@ -23,9 +23,9 @@ use bevy::{
     math::{Mat4, UVec2, UVec4},
     mesh::{Mesh3d, MeshVertexBufferLayoutRef},
     pbr::{
-        MeshPipeline, MeshPipelineKey, PreparedMaterial, PrepassFragmentShader,
-        PrepassVertexShader, PreprocessPipelines, RenderMaterialInstances, RenderMeshInstances,
-        early_gpu_preprocess,
+        MeshPipeline, MeshPipelineKey, PreparedMaterial, PrepassFragmentShader, PrepassPipeline,
+        PrepassPipelineSpecializer, PrepassVertexShader, PreprocessPipelines,
+        RenderMaterialInstances, RenderMeshInstances, early_gpu_preprocess,
     },
     platform::collections::HashSet,
     render::{
@@ -73,6 +73,31 @@ pub(crate) struct CapturePipeline {
     pub draw: DrawFunctionId,
     /// Whether the material's bind group is read.
     pub reads_material: bool,
+}
+
+/// Bevy's own prepass as the pipeline of a capture.
+#[derive(SystemParam)]
+pub(crate) struct PrepassPipelines<'w> {
+    prepass: Res<'w, PrepassPipeline>,
+    pipelines: ResMut<'w, SpecializedMeshPipelines<PrepassPipelineSpecializer>>,
+}
+
+impl PrepassPipelines<'_> {
+    /// The pipeline for a mesh with a material.
+    pub fn specialize(
+        &mut self,
+        cache: &PipelineCache,
+        key: ErasedMaterialPipelineKey,
+        material: &Arc<MaterialProperties>,
+        layout: &MeshVertexBufferLayoutRef,
+    ) -> Option<CachedRenderPipelineId> {
+        let specializer = PrepassPipelineSpecializer {
+            pipeline: self.prepass.clone(),
+            properties: material.clone(),
+        };
+        let pipeline = self.pipelines.specialize(cache, &specializer, key, layout);
+        pipeline.ok()
+    }
 }
 
 /// A mesh in a capture view.

@@ -13,7 +13,7 @@ use bevy::{
         bounding::{Aabb3d, BoundingVolume},
     },
     mesh::MeshVertexBufferLayoutRef,
-    pbr::{DrawPrepass, MeshPipelineKey, PrepassPipeline, PrepassPipelineSpecializer},
+    pbr::{DrawPrepass, MeshPipelineKey},
     render::{
         Extract, batching::gpu_preprocessing::GpuPreprocessingSupport, render_phase::DrawFunctions,
         render_resource::*,
@@ -24,8 +24,8 @@ use super::{prepare::SceneRsm, types::GpuRsmMap};
 use crate::{
     scene::{
         capture::{
-            CaptureKind, CapturePhase, CapturePhases, CapturePipeline, CaptureViews, WantedView,
-            sync_views,
+            CaptureKind, CapturePhase, CapturePhases, CapturePipeline, CaptureViews,
+            PrepassPipelines, WantedView, sync_views,
         },
         light_views::{MapView, light_views},
         lights::{LightKind, SceneLight, SceneLights},
@@ -41,29 +41,22 @@ pub(crate) struct RsmCapture;
 
 impl CaptureKind for RsmCapture {
     type Param = (
-        SRes<PrepassPipeline>,
-        SResMut<SpecializedMeshPipelines<PrepassPipelineSpecializer>>,
+        PrepassPipelines<'static>,
         SRes<DrawFunctions<CapturePhase<Self>>>,
     );
     const KEY: MeshPipelineKey =
         MeshPipelineKey::DEPTH_PREPASS.union(MeshPipelineKey::DEFERRED_PREPASS);
 
     fn specialize(
-        (prepass, pipelines, draws): &mut SystemParamItem<Self::Param>,
+        (prepass, draws): &mut SystemParamItem<Self::Param>,
         cache: &PipelineCache,
         key: ErasedMaterialPipelineKey,
         _: MeshPipelineKey,
         material: &Arc<MaterialProperties>,
         layout: &MeshVertexBufferLayoutRef,
     ) -> Option<CapturePipeline> {
-        let specializer = PrepassPipelineSpecializer {
-            pipeline: (**prepass).clone(),
-            properties: material.clone(),
-        };
         Some(CapturePipeline {
-            pipeline: pipelines
-                .specialize(cache, &specializer, key, layout)
-                .ok()?,
+            pipeline: prepass.specialize(cache, key, material, layout)?,
             draw: draws.read().id::<DrawPrepass>(),
             reads_material: true,
         })

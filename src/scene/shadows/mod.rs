@@ -19,10 +19,7 @@ use bevy::{
         bounding::{Aabb3d, BoundingVolume},
     },
     mesh::MeshVertexBufferLayoutRef,
-    pbr::{
-        DrawDepthOnlyPrepass, DrawPrepass, MeshPipelineKey, PrepassPipeline,
-        PrepassPipelineSpecializer,
-    },
+    pbr::{DrawDepthOnlyPrepass, DrawPrepass, MeshPipelineKey},
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
         batching::gpu_preprocessing::GpuPreprocessingSupport,
@@ -38,7 +35,7 @@ use std::sync::Arc;
 use super::{
     capture::{
         CaptureKind, CaptureKindPlugin, CapturePhase, CapturePhases, CapturePipeline, CaptureQueue,
-        CaptureViews, WantedView, preprocess_captures, sync_views,
+        CaptureViews, PrepassPipelines, WantedView, preprocess_captures, sync_views,
     },
     light_views::light_views,
     lights::{LightKind, SceneLight, SceneLights},
@@ -57,31 +54,24 @@ pub(crate) struct ShadowCapture;
 
 impl CaptureKind for ShadowCapture {
     type Param = (
-        SRes<PrepassPipeline>,
-        SResMut<SpecializedMeshPipelines<PrepassPipelineSpecializer>>,
+        PrepassPipelines<'static>,
         SRes<DrawFunctions<CapturePhase<Self>>>,
     );
     const KEY: MeshPipelineKey = MeshPipelineKey::DEPTH_PREPASS;
 
     fn specialize(
-        (prepass, pipelines, draws): &mut SystemParamItem<Self::Param>,
+        (prepass, draws): &mut SystemParamItem<Self::Param>,
         cache: &PipelineCache,
         key: ErasedMaterialPipelineKey,
         mesh_key: MeshPipelineKey,
         material: &Arc<MaterialProperties>,
         layout: &MeshVertexBufferLayoutRef,
     ) -> Option<CapturePipeline> {
-        let specializer = PrepassPipelineSpecializer {
-            pipeline: (**prepass).clone(),
-            properties: material.clone(),
-        };
         let reads_material = mesh_key
             .intersects(MeshPipelineKey::MAY_DISCARD | MeshPipelineKey::PREPASS_READS_MATERIAL);
         let draws = draws.read();
         Some(CapturePipeline {
-            pipeline: pipelines
-                .specialize(cache, &specializer, key, layout)
-                .ok()?,
+            pipeline: prepass.specialize(cache, key, material, layout)?,
             draw: if reads_material {
                 draws.id::<DrawPrepass>()
             } else {
