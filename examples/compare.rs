@@ -35,7 +35,7 @@ struct Options {
     scene: SceneOptions,
     #[command(flatten)]
     settings: SettingsOptions,
-    /// The technique at the left: off, vct, reference.
+    /// The technique at the left: off, vct, hints, reference.
     #[arg(long, default_value = "vct", value_parser = technique)]
     left: Technique,
     /// The technique at the right, which the left is measured against.

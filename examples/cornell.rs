@@ -18,7 +18,7 @@ fn main() {
             DefaultPlugins,
             GiPlugins,
             ControlsPlugin {
-                help: "L: move the light   B: turn the box   arrow keys: push the box",
+                help: "L: move the light   N: turn the box   arrow keys: push the box",
             },
             TruthPlugin,
         ))
@@ -49,7 +49,7 @@ fn animate(
         *phase += time.delta_secs();
         light.translation = BULB + Vec3::new(phase.sin(), 0.0, (phase.cos() - 1.0) * 0.7) * 1.8;
     }
-    if keys.pressed(KeyCode::KeyB) {
+    if keys.pressed(KeyCode::KeyN) {
         block.rotate_y(time.delta_secs());
     }
     let axis = |negative: KeyCode, positive: KeyCode| {

@@ -59,7 +59,9 @@ fn main() {
                 commands.spawn(camera(sponza::view()));
             },
         )
-        .add_systems(Update, (drop_file_cameras, add_sun, light, move_sun))
+        .add_systems(Update, (add_sun, light, move_sun))
+        // Scenes come to life between the two: no frame is drawn with their cameras.
+        .add_systems(PostUpdate, drop_file_cameras)
         .run();
 }
 

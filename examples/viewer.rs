@@ -28,7 +28,7 @@ struct Options {
     scene: SceneOptions,
     #[command(flatten)]
     settings: SettingsOptions,
-    /// How indirect light is computed: off, vct, reference.
+    /// How indirect light is computed: off, vct, hints, reference.
     #[arg(long, value_parser = technique)]
     technique: Option<Technique>,
     /// No window: render, write, exit.
@@ -150,7 +150,10 @@ fn headless(options: Options) -> Result<(), String> {
     };
     if let Some(path) = &options.out {
         capture::write(&picture, path)?;
-        println!("{}", path.display());
+        match view {
+            GiView::Full => println!("{}", path.display()),
+            _ => println!("{}: {}, {}", path.display(), view.name(), view.legend()),
+        }
     }
     if let Some(path) = &options.stats {
         let stats = capture::statistics(&studio.headless);

@@ -20,6 +20,7 @@
 //! | [`GiTechnique`] | module | idea |
 //! |---|---|---|
 //! | `VoxelConeTracing` | [`technique::vct`] | voxelize, light, filter, trace cones per pixel |
+//! | `RadianceHints` | [`technique::hints`] | a coarse lattice of points holds the light, surfaces interpolate |
 //!
 //! # How it hangs together
 //!
@@ -54,26 +55,34 @@ pub mod technique;
 mod wgsl_tests;
 
 pub use camera::GiCamera;
-pub use debug::{GiDebugSettings, GiSlice, GiView};
+pub use debug::{GiDebugSettings, GiSlice, GiView, HintView};
 pub use gpu::{caps::GiSupport, statistics::GiStatistics};
 pub use plugins::GiPlugins;
 pub use scene::{
+    cascades::GiCascades,
     lights::GiLight,
     material::{GiMaterial, GiMaterialPlugin},
+    probes::{ProbePin, ProbePlacement, ProbeSet},
     visibility::NotGiCaster,
     volume::GiVolume,
 };
 pub use schedule::GiSystems;
 pub use settings::{
     EmissiveUnits, FieldRange, GatherResolution, GiHistory, GiQuality, GiSettings,
-    GiSettingsRegistry, GiSky, GiTechnique, SettingsEntry, SettingsValues,
+    GiSettingsRegistry, GiSky, GiTechnique, LightShare, SettingsEntry, SettingsValues,
 };
-pub use technique::vct::{ConeLayout, VoxelConeTracingSettings};
+pub use technique::{
+    hints::{
+        HintBounce, HintOcclusion, HintReconstruction, HintSampling, RadianceHintsSettings, ShOrder,
+    },
+    vct::{ConeLayout, VoxelConeTracingSettings},
+};
 
 /// What an app usually needs.
 pub mod prelude {
     pub use crate::{
-        GiCamera, GiDebugSettings, GiHistory, GiLight, GiMaterialPlugin, GiPlugins, GiQuality,
-        GiSettings, GiSky, GiTechnique, GiView, GiVolume, NotGiCaster, VoxelConeTracingSettings,
+        GiCamera, GiCascades, GiDebugSettings, GiHistory, GiLight, GiMaterialPlugin, GiPlugins,
+        GiQuality, GiSettings, GiSky, GiTechnique, GiView, GiVolume, NotGiCaster, ProbeSet,
+        RadianceHintsSettings, VoxelConeTracingSettings,
     };
 }

@@ -12,7 +12,10 @@ use crate::{
     schedule::SchedulePlugin,
     settings::SettingsPlugin,
     surface::SurfacePlugin,
-    technique::vct::{VoxelConeTracing, VoxelConeTracingPlugin},
+    technique::{
+        hints::{RadianceHints, RadianceHintsPlugin},
+        vct::{VoxelConeTracing, VoxelConeTracingPlugin},
+    },
 };
 
 /// Everything. Add it after `DefaultPlugins`.
@@ -36,6 +39,9 @@ impl PluginGroup for GiPlugins {
             .add(VoxelConeTracingPlugin)
             .add(GatherPlugin::<VoxelConeTracing>::default())
             .add(TechniqueExportPlugin::<VoxelConeTracing>::default())
+            .add(RadianceHintsPlugin)
+            .add(GatherPlugin::<RadianceHints>::default())
+            .add(TechniqueExportPlugin::<RadianceHints>::default())
             .add(SupportPlugin)
     }
 }

@@ -11,7 +11,10 @@ use bevy::{
     },
     ecs::schedule::{IntoScheduleConfigs, SystemSet},
     pbr::deferred::deferred_lighting,
-    render::{RenderApp, renderer::RenderGraph},
+    render::{
+        RenderApp,
+        renderer::{RenderGraph, RenderGraphSystems},
+    },
 };
 
 /// Steps of one frame of global illumination, in the order in which they run.
@@ -59,6 +62,8 @@ impl Plugin for SchedulePlugin {
                     GiSystems::FillDebug,
                 )
                     .chain()
+                    // After what starts the frame: Bevy's record of passes, for one.
+                    .in_set(RenderGraphSystems::Render)
                     .before(camera_driver),
             )
             .configure_sets(

@@ -23,11 +23,11 @@ use crate::{
     apply,
     debug::GiView,
     plugins::GiPlugins,
-    technique::{Technique, vct::VoxelConeTracing},
+    technique::{Technique, hints::RadianceHints, vct::VoxelConeTracing},
 };
 
 /// Shaders with entry points, and the definitions of each of their variants.
-const VARIANTS: [(&str, &[&[&str]]); 19] = [
+const VARIANTS: [(&str, &[&[&str]]); 34] = [
     ("scene/voxels/allocate.wgsl", &[&[]]),
     ("scene/voxels/resolve.wgsl", &[&[]]),
     ("scene/voxels/voxelize.wgsl", &[PREPASS, PREPASS_BARE]),
@@ -56,6 +56,21 @@ const VARIANTS: [(&str, &[&[&str]]); 19] = [
     ("debug/shapes.wgsl", &[&[]]),
     ("debug/vpls.wgsl", &[&[]]),
     ("apply/probes.wgsl", &[&[]]),
+    ("scene/probes/place.wgsl", &[&[]]),
+    ("scene/probes/moments.wgsl", &[&[]]),
+    ("debug/voxels.wgsl", &[&[]]),
+    ("technique/hints/albedo.wgsl", &[&[]]),
+    ("technique/hints/carry.wgsl", &[&[]]),
+    ("surface/depth.wgsl", &[&[]]),
+    ("technique/hints/marks.wgsl", &[&[]]),
+    ("technique/hints/pick.wgsl", &[&[]]),
+    ("technique/hints/lights.wgsl", &[&[]]),
+    ("technique/hints/bounce.wgsl", &[&[], &["SURFACES"]]),
+    ("technique/hints/exchange.wgsl", &[&[]]),
+    ("technique/hints/sum.wgsl", &[&[]]),
+    ("technique/hints/gather.wgsl", &[&[]]),
+    ("technique/hints/export.wgsl", &[&[]]),
+    ("technique/hints/debug.wgsl", &[&[]]),
 ];
 
 /// What Bevy's prepass defines for a mesh with normals, texture coordinates and colours.
@@ -178,6 +193,7 @@ fn shaders_are_valid_and_fit_the_limits_of_webgpu() {
 
     let server = app.world().resource::<AssetServer>();
     let (_, mut common) = VoxelConeTracing::gather_shader(server);
+    common.extend(RadianceHints::gather_shader(server).1);
     common.push(ShaderDefVal::UInt(
         "MAX_VOLUMES".into(),
         apply::gather::MAX_VOLUMES as u32,

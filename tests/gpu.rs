@@ -14,12 +14,16 @@ mod cornell;
 mod debug;
 #[path = "gpu/forward.rs"]
 mod forward;
+#[path = "gpu/hints.rs"]
+mod hints;
 #[path = "gpu/inspector.rs"]
 mod inspector;
 #[path = "gpu/lights.rs"]
 mod lights;
 #[path = "gpu/off.rs"]
 mod off;
+#[path = "gpu/probes.rs"]
+mod probes;
 #[path = "gpu/quality.rs"]
 mod quality;
 #[path = "gpu/rooms.rs"]

@@ -517,11 +517,8 @@ fn cornell_agrees_with_mitsuba() {
         .picture(ReferenceView::Indirect);
     let paths = f64::from(size.x * size.y * samples);
     let rate = paths / start.elapsed().as_secs_f64() / 1e6;
-    let truth = read_exr(Path::new(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/truth/cornell.exr"
-    )))
-    .expect("the truth is in the repository");
+    let truth =
+        read_exr(Path::new("tests/truth/cornell.exr")).expect("the truth is in the repository");
     let width = size.x as usize;
     let (mut ours, mut theirs, mut squares, mut n) = (0.0, 0.0, 0.0, 0);
     for (i, truth) in truth.pixels.iter().enumerate() {

@@ -7,6 +7,7 @@ mod common;
 mod measure;
 mod output;
 mod papers;
+mod sweep;
 
 use std::{path::PathBuf, process::ExitCode};
 

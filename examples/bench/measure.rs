@@ -16,6 +16,7 @@ use crate::{
         scenes::{self, Scene},
         studio::{Film, Studio},
     },
+    sweep::{self, Point},
 };
 
 /// Everything that was measured.
@@ -26,6 +27,7 @@ pub struct Results {
     pub software: bool,
     pub frames: u32,
     pub cases: Vec<Case>,
+    pub sweep: Vec<Point>,
 }
 
 /// A scene with a technique, a preset, a size of the picture and one of the volume.
@@ -132,6 +134,7 @@ pub fn all(
         software: adapter.device_type == DeviceType::Cpu,
         frames: options.frames,
         cases: Vec::new(),
+        sweep: Vec::new(),
     };
     let plan = match options.quick || (results.software && !options.all) {
         true => QUICK,
@@ -176,6 +179,13 @@ pub fn all(
                 }
             }
             write(&results)?;
+            // The sweeps of a paper, once a scene.
+            if techniques.contains(&GiTechnique::RadianceHints) && Some(size) == sizes.first() {
+                let software = results.software;
+                let sweep = sweep::measure(&mut studio, scene, without, software, options)?;
+                results.sweep.extend(sweep);
+                write(&results)?;
+            }
         }
     }
     Ok(results)
@@ -192,9 +202,7 @@ fn open(scene: &Scene, size: UVec2) -> Result<Studio, String> {
 fn without(studio: &mut Studio, situation: Situation, options: &Options) -> f64 {
     studio.world().resource_mut::<GiSettings>().technique = GiTechnique::Off;
     studio.settle(8);
-    studio.headless.steps_with(options.frames, |world, frame| {
-        change(world, situation, frame);
-    });
+    run(studio, situation, options.frames);
     capture::frame_ms(&studio.headless)
 }
 
@@ -214,9 +222,7 @@ fn measure(
     studio.settle(48);
     let mut situations = Vec::new();
     for (situation, without) in Situation::ALL.into_iter().zip(without) {
-        studio.headless.steps_with(options.frames, |world, frame| {
-            change(world, situation, frame);
-        });
+        run(studio, situation, options.frames);
         situations.push(read(studio, situation, without));
         // Light has settled before the next one.
         studio.settle(16);
@@ -234,7 +240,7 @@ fn measure(
 }
 
 /// Technique, preset and volume.
-fn apply(
+pub fn apply(
     world: &mut World,
     technique: GiTechnique,
     preset: &str,
@@ -252,6 +258,13 @@ fn apply(
     Ok(())
 }
 
+/// Renders frames of a situation.
+pub fn run(studio: &mut Studio, situation: Situation, frames: u32) {
+    studio.headless.steps_with(frames, |world, frame| {
+        change(world, situation, frame);
+    });
+}
+
 /// What happens before a frame.
 fn change(world: &mut World, situation: Situation, frame: u32) {
     if situation == Situation::Still {
@@ -267,7 +280,7 @@ fn change(world: &mut World, situation: Situation, frame: u32) {
     }
 }
 
-fn read(studio: &Studio, situation: Situation, without: f64) -> Measured {
+pub fn read(studio: &Studio, situation: Situation, without: f64) -> Measured {
     let stats = capture::statistics(&studio.headless);
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or(0.0);
     let ours = stats["passes"].as_object().into_iter().flatten();

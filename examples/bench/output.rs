@@ -9,6 +9,7 @@ use crate::{
     common::plot::{self, Line},
     measure::{Case, Results, Situation},
     papers::PUBLISHED,
+    sweep,
 };
 
 /// Writes all files.
@@ -19,6 +20,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<(), String> {
         ("bench.json".to_owned(), json),
         ("bench.csv".into(), csv(results)),
         ("bench.md".into(), text(results)),
+        ("sweep.csv".into(), sweep::csv(&results.sweep)),
     ];
     files.extend(plots(results));
     for (name, text) in files {
@@ -45,7 +47,7 @@ fn how(results: &Results) -> String {
     )
 }
 
-fn table(header: Vec<String>) -> Table {
+pub fn table(header: Vec<String>) -> Table {
     let mut table = Table::new();
     table.load_style(presets::ASCII_MARKDOWN);
     table.set_header(header);
@@ -58,6 +60,7 @@ pub fn text(results: &Results) -> String {
     for published in &PUBLISHED {
         let _ = write!(text, "\n{}", against(results, published));
     }
+    let _ = write!(text, "\n{}", sweep::text(&results.sweep, results.software));
     text
 }
 

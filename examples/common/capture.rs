@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
-use bevy_gi::{GiStatistics, prelude::*};
+use bevy_gi::{GiSettingsRegistry, GiStatistics};
 use image::ImageEncoder;
 use wgpu_types::DeviceType;
 
@@ -138,6 +138,9 @@ pub fn statistics(headless: &Headless) -> serde_json::Value {
             "type": format!("{:?}", info.device_type),
         })
     });
+    let registry = world.resource::<GiSettingsRegistry>();
+    let settings = registry.serialize(world, serde_json::value::Serializer);
+    let settings = settings.unwrap_or_else(|error| error.to_string().into());
     let statistics = world.resource::<GiStatistics>();
     let memory = statistics.memory();
     serde_json::json!({
@@ -150,9 +153,6 @@ pub fn statistics(headless: &Headless) -> serde_json::Value {
         "memory_total_bytes": memory.values().sum::<u64>(),
         "memory_bytes": memory,
         "counts": statistics.counts(),
-        "settings": {
-            "GiSettings": world.resource::<GiSettings>(),
-            "VoxelConeTracingSettings": world.resource::<VoxelConeTracingSettings>(),
-        },
+        "settings": settings,
     })
 }

@@ -28,6 +28,10 @@ struct Help(&'static str);
 #[derive(Component)]
 struct HelpText;
 
+/// Whether debug views follow the cursor.
+#[derive(Resource, Default)]
+struct PickAtCursor(bool);
+
 impl Plugin for ControlsPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins((
@@ -42,7 +46,11 @@ impl Plugin for ControlsPlugin {
         })
         .insert_resource(Help(self.help))
         .add_systems(Startup, spawn_help)
-        .add_systems(Update, (keys, update_help, make_room).chain());
+        .init_resource::<PickAtCursor>()
+        .add_systems(
+            Update,
+            (keys, pick_at_cursor, update_help, make_room).chain(),
+        );
     }
 }
 
@@ -115,7 +123,32 @@ fn keys(
     }
     if keys.just_pressed(KeyCode::KeyH) {
         for mut visibility in &mut help {
-            visibility.toggle_visible_hidden();
+            visibility.toggle_inherited_hidden();
+        }
+    }
+}
+
+/// The line of sight under the cursor picks what debug views show more of.
+fn pick_at_cursor(
+    keys: Res<ButtonInput<KeyCode>>,
+    windows: Query<&Window>,
+    cameras: Query<(&Camera, &GlobalTransform), With<GiCamera>>,
+    mut at_cursor: ResMut<PickAtCursor>,
+    mut debug: ResMut<GiDebugSettings>,
+) {
+    if keys.just_pressed(KeyCode::KeyC) {
+        at_cursor.0 = !at_cursor.0;
+        debug.show_taps = at_cursor.0;
+        debug.show_samples = at_cursor.0;
+    }
+    let cursor = windows.iter().find_map(Window::cursor_position);
+    let (Some(cursor), true) = (cursor, at_cursor.0) else {
+        return;
+    };
+    for (camera, transform) in cameras.iter().take(1) {
+        if let Ok(ray) = camera.viewport_to_world(transform, cursor) {
+            debug.pick_from = ray.origin;
+            debug.pick_to = ray.origin + *ray.direction;
         }
     }
 }
@@ -134,16 +167,17 @@ fn make_room(inspector: Res<GiInspector>, mut help: Query<&mut Node, With<HelpTe
 }
 
 /// Goes through the presets.
-fn preset_key(world: &mut World, mut last: Local<&'static str>) {
+fn preset_key(world: &mut World) {
     let keys = world.resource::<ButtonInput<KeyCode>>();
     if !keys.just_pressed(KeyCode::KeyP) {
         return;
     }
-    // The default is the medium one.
-    let current = if last.is_empty() { "medium" } else { *last };
-    *last = next(&GiQuality::ALL.map(GiQuality::name), current);
     let registry = world.resource::<GiSettingsRegistry>().clone();
-    registry.apply_preset(world, *last);
+    let names = GiQuality::ALL.map(GiQuality::name);
+    let current = names
+        .into_iter()
+        .find(|name| registry.has_preset(world, name));
+    registry.apply_preset(world, next(&names, current.unwrap_or("ultra")));
 }
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
@@ -152,7 +186,7 @@ fn update_help(
     debug: Res<GiDebugSettings>,
     support: Option<Res<bevy_gi::GiSupport>>,
     truth: Option<Res<TruthState>>,
-    time: Res<Time>,
+    time: Res<Time<Real>>,
     help: Res<Help>,
     mut text: Query<&mut Text, With<HelpText>>,
     mut smooth: Local<f32>,
@@ -177,7 +211,7 @@ fn update_help(
         text.0 = format!(
             "{:.1} ms   technique: {technique}   view: {}{off}\n{}\n\
              F1: inspector   G: GI on/off   T: technique   V: view   B: volumes and probes\n\
-             P: quality preset   H: this help{hold}\n\
+             P: quality preset   C: taps and samples of hints at the cursor   H: this help{hold}\n\
              WASD, E, Q: fly   Shift: faster   right mouse button: look\n{}",
             *smooth * 1000.0,
             debug.view.name(),

@@ -76,6 +76,14 @@ pub fn technique(name: &str) -> Result<Technique, String> {
         .ok_or_else(|| format!("no such technique; there are: {}", technique_names()))
 }
 
+/// A technique of the plugin.
+pub fn gi_technique(name: &str) -> Result<GiTechnique, String> {
+    match technique(name)? {
+        Technique::Gi(technique) => Ok(technique),
+        Technique::Reference => Err("a technique that runs in real time is wanted".into()),
+    }
+}
+
 pub fn view(name: &str) -> Result<GiView, String> {
     GiView::from_name(name).ok_or_else(|| {
         let names = GiView::ALL.map(GiView::name).join(", ");
@@ -171,7 +179,13 @@ fn apply_set(world: &mut World, set: &str) -> Result<(), String> {
 /// The path tracer's settings are the app's, as is the path tracer.
 pub fn register_reference(world: &mut World) {
     world.init_resource::<ReferenceSettings>();
-    let entry = SettingsEntry::new::<ReferenceSettings>();
+    let mut entry = SettingsEntry::new::<ReferenceSettings>();
+    entry.ranges.push(FieldRange {
+        field: "max_bounces",
+        min: 0.0,
+        max: 128.0,
+        unit: "",
+    });
     world.init_resource::<GiSettingsRegistry>();
     world.resource_mut::<GiSettingsRegistry>().add(entry);
 }

@@ -13,10 +13,11 @@ use std::{
     time::Instant,
 };
 
+use bevy_gi::GiTechnique;
 use clap::Parser;
 use common::{
     adapter,
-    options::SettingsOptions,
+    options::{SettingsOptions, gi_technique},
     quality::{Effort, cache_folder},
     scenes::{self, Scene},
 };
@@ -32,6 +33,9 @@ struct Options {
     /// Only these scenes. Repeatable; default: all.
     #[arg(long = "scene", value_name = "NAME", value_parser = scene)]
     scenes: Vec<Scene>,
+    /// Only these techniques. Repeatable; default: all.
+    #[arg(long = "technique", value_name = "NAME", value_parser = gi_technique)]
+    techniques: Vec<GiTechnique>,
     #[command(flatten)]
     settings: SettingsOptions,
     /// Paths a pixel of the truth; default: 1024, or 256 with --quick.

@@ -162,7 +162,13 @@ pub fn measure(scene: &Scene, effort: &Effort, options: &Options) -> Result<Scen
     };
     let blocks = figures::blocks(&truth.pictures.indirect);
     let mut without = 0.0;
-    for technique in GiTechnique::ALL {
+    let wanted = |technique: &GiTechnique| {
+        // Without light, there is something to compare with.
+        *technique == GiTechnique::Off
+            || options.techniques.is_empty()
+            || options.techniques.contains(technique)
+    };
+    for technique in GiTechnique::ALL.into_iter().filter(wanted) {
         quality::choose(&mut studio, technique);
         let pictures = quality::shoot(&mut studio, effort);
         exr(technique.name(), &pictures)?;

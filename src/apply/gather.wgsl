@@ -2,6 +2,7 @@
 #define_import_path bevy_gi::apply::gather
 
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
+#import bevy_gi::surface::{Surface, load_surface}
 
 struct Box {
     min: vec3<f32>,
@@ -44,6 +45,32 @@ fn volume_weight(p: vec3<f32>) -> f32 {
         left *= 1.0 - inside(gather.boxes[i], p);
     }
     return left * inside(gather.boxes[gather.volume], p);
+}
+
+// What a thread gathers light for.
+struct Gathered {
+    // False where there is nothing to gather, which is stored already.
+    exists: bool,
+    surface: Surface,
+    // Share of this pass' volume.
+    weight: f32,
+}
+
+// How every gather begins: the surface of gathered pixel `id`.
+fn begin(id: vec2<u32>) -> Gathered {
+    var g: Gathered;
+    if any(id >= gather.size) {
+        return g;
+    }
+    g.surface = load_surface(gathered_pixel(id));
+    if g.surface.exists {
+        g.weight = volume_weight(g.surface.position);
+    }
+    g.exists = g.weight > 0.0;
+    if !g.exists {
+        store(id, 0.0, vec3(0.0), vec3(0.0));
+    }
+    return g;
 }
 
 // Adds this volume's share of radiances, nits.

@@ -16,7 +16,7 @@ use super::export::{self, ExportCubes};
 use crate::{
     debug::{
         GiDebugSettings,
-        shapes::{DebugShapes, FillShapes},
+        shapes::{DebugShapes, FillPass},
     },
     gpu::compute::ComputePass,
     scene::volume::ExtractedVolume,
@@ -26,7 +26,7 @@ const NAME: &str = "gi/apply/show_probes";
 
 /// Uniform of `probes.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
-struct GpuProbes {
+struct GpuExportProbes {
     origin: Vec3,
     radius: f32,
     spacing: Vec3,
@@ -69,7 +69,7 @@ fn init_pass(mut commands: Commands, server: Res<AssetServer>, cache: Res<Pipeli
         &BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
             (
-                uniform_buffer::<GpuProbes>(false),
+                uniform_buffer::<GpuExportProbes>(false),
                 texture_3d(TextureSampleType::Float { filterable: false }),
                 storage_buffer_sized(false, None),
             ),
@@ -113,7 +113,7 @@ fn prepare_probes(
             continue;
         };
         let spacing = volume.grid.size() / cubes.probes.as_vec3();
-        let mut uniform = UniformBuffer::from(GpuProbes {
+        let mut uniform = UniformBuffer::from(GpuExportProbes {
             origin: volume.grid.origin,
             // Small enough to see what is between them.
             radius: 0.12 * spacing.min_element(),
@@ -123,14 +123,17 @@ fn prepare_probes(
         });
         uniform.write_buffer(&device, &queue);
         let count = cubes.probes.element_product();
-        let shapes = DebugShapes::new(count, shapes, &device, |shapes| FillShapes {
-            pass: pass.pass,
-            groups: cubes.probes.map(|probes| probes.div_ceil(4)),
-            bind_groups: vec![device.create_bind_group(
+        let shapes = DebugShapes::new(count, shapes, &device, |shapes| {
+            let own = device.create_bind_group(
                 NAME,
                 &cache.get_bind_group_layout(&pass.layout),
                 &BindGroupEntries::sequential((&uniform, cubes.view(), shapes.as_entire_binding())),
-            )],
+            );
+            vec![FillPass {
+                pass: pass.pass,
+                groups: cubes.probes.map(|probes| probes.div_ceil(4)),
+                bind_groups: vec![own],
+            }]
         });
         commands.entity(entity).insert(shapes);
     }

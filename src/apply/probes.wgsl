@@ -2,7 +2,7 @@
 
 #import bevy_gi::debug::types::Shape
 
-struct Probes {
+struct ExportProbes {
     // Corner of the grid of probes, metres.
     origin: vec3<f32>,
     radius: f32,
@@ -13,7 +13,7 @@ struct Probes {
     probes: vec3<u32>,
 }
 
-@group(0) @binding(0) var<uniform> grid: Probes;
+@group(0) @binding(0) var<uniform> grid: ExportProbes;
 @group(0) @binding(1) var ambient_cubes: texture_3d<f32>;
 @group(0) @binding(2) var<storage, read_write> shapes: array<Shape>;
 

@@ -37,9 +37,6 @@ struct GpuTemporal {
     history_frames: u32,
 }
 
-/// Most frames that are blended while a cache changes: light that is switched shall be seen.
-const SETTLING_FRAMES: u32 = 8;
-
 /// What a camera remembers of past frames.
 #[derive(Component)]
 pub(crate) struct ViewHistory {
@@ -128,7 +125,7 @@ fn init_temporal_pipeline(
 pub(crate) fn prepare_history(
     mut commands: Commands,
     views: Query<(Entity, Option<&ViewIndirect>, Option<&ViewHistory>)>,
-    settling: Query<(), With<Settling>>,
+    settling: Query<&Settling>,
     settings: Res<GiSettings>,
     pipeline: Option<Res<TemporalPipeline>>,
     cache: Res<PipelineCache>,
@@ -156,10 +153,10 @@ pub(crate) fn prepare_history(
                 ([names.map(texture), names.map(texture)], 0)
             }
         };
-        let history_frames = match (indirect.frame, settling.is_empty()) {
-            (0, _) => 1,
-            (_, true) => settings.history_frames,
-            (_, false) => settings.history_frames.min(SETTLING_FRAMES),
+        let most = settling.iter().map(|s| s.history_frames).min();
+        let history_frames = match indirect.frame {
+            0 => 1,
+            _ => settings.history_frames.min(most.unwrap_or(u32::MAX)),
         };
         let mut uniform = UniformBuffer::from(GpuTemporal {
             size: indirect.size,

@@ -5,6 +5,7 @@ use bevy::{
     asset::{AssetServer, embedded_asset, load_embedded_asset},
     core_pipeline::{FullscreenShader, schedule::Core3d},
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
+    math::Vec2,
     render::{
         Extract, ExtractSchedule, RenderApp, RenderStartup,
         camera::ExtractedCamera,
@@ -14,7 +15,7 @@ use bevy::{
     },
 };
 
-use super::{GiDebugSettings, GiView, Painter};
+use super::{GiDebugSettings, GiView, Painter, shapes::FillPass};
 use crate::{
     gpu::fullscreen::{FullscreenPass, camera_pass},
     scene::{
@@ -36,6 +37,53 @@ struct GpuTiles {
     size: u32,
     /// A [`GiView`].
     content: u32,
+    /// Marks in reflective shadow maps.
+    marks: u32,
+}
+
+/// A place in a reflective shadow map. Twin of `Mark` in `types.wgsl`.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+struct GpuMark {
+    /// 0..1 over the map.
+    uv: Vec2,
+    /// Of a circle around it, in the same unit; 0: a point; negative: nothing.
+    radius: f32,
+    map: u32,
+}
+
+/// Places in reflective shadow maps that their views show: on some entity of the render world, for whoever
+/// reads the maps there.
+#[derive(Component)]
+pub(crate) struct DebugMarks {
+    /// `array<GpuMark>`.
+    marks: Buffer,
+    count: u32,
+    pub(super) fill: Vec<FillPass>,
+}
+
+impl DebugMarks {
+    /// So many places. `fill` gets their buffer.
+    pub fn new(
+        count: u32,
+        device: &RenderDevice,
+        fill: impl FnOnce(&Buffer) -> Vec<FillPass>,
+    ) -> Self {
+        let marks = marks_buffer(count, device);
+        Self {
+            count,
+            fill: fill(&marks),
+            marks,
+        }
+    }
+}
+
+fn marks_buffer(count: u32, device: &RenderDevice) -> Buffer {
+    device.create_buffer(&BufferDescriptor {
+        label: Some("gi/debug/marks"),
+        size: u64::from(count.max(1)) * GpuMark::min_size().get(),
+        usage: BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    })
 }
 
 #[derive(Resource)]
@@ -81,7 +129,13 @@ fn init_pass(
 ) {
     let tiles = BindGroupLayoutDescriptor::new(
         NAME,
-        &BindGroupLayoutEntries::single(ShaderStages::FRAGMENT, uniform_buffer::<GpuTiles>(false)),
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::FRAGMENT,
+            (
+                uniform_buffer::<GpuTiles>(false),
+                storage_buffer_read_only_sized(false, None),
+            ),
+        ),
     );
     let shadows = FullscreenPass {
         layout: vec![surface.0.clone(), scene.layout.clone(), tiles.clone()],
@@ -128,6 +182,7 @@ fn draw(
     scenes: Query<&SceneBindGroup>,
     shadows: Res<SceneShadows>,
     rsm: Res<SceneRsm>,
+    marks: Query<&DebugMarks>,
     debug: Res<GiDebugSettings>,
     pass: Option<ResMut<LightMapsPass>>,
     cache: Res<PipelineCache>,
@@ -162,12 +217,20 @@ fn draw(
         count: tiles[0],
         size: tiles[1],
         content: debug.view as u32,
+        marks: marks.iter().next().map_or(0, |marks| marks.count),
     });
     uniform.write_buffer(&device, &queue);
     let group = device.create_bind_group(
         NAME,
         &cache.get_bind_group_layout(&pass.tiles),
-        &BindGroupEntries::single(&uniform),
+        &BindGroupEntries::sequential((
+            &uniform,
+            match marks.iter().next() {
+                Some(marks) => marks.marks.clone(),
+                None => marks_buffer(0, &device),
+            }
+            .as_entire_binding(),
+        )),
     );
     let color = target.get_color_attachment();
     camera_pass(&mut ctx, NAME, camera, color, None, |pass| {

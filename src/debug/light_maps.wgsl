@@ -2,6 +2,7 @@
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #ifdef RSM
+#import bevy_gi::debug::types::Mark
 #import bevy_gi::scene::rsm::lookup::{load_rsm, maps}
 #import bevy_gi::scene::rsm::types::texel_area
 #else
@@ -16,11 +17,16 @@ struct Tiles {
     size: u32,
     // Which of the views.
     content: u32,
+    // Marks in reflective shadow maps.
+    marks: u32,
 }
 
 const PI: f32 = 3.14159265359;
 
 @group(2) @binding(0) var<uniform> tiles: Tiles;
+#ifdef RSM
+@group(2) @binding(1) var<storage, read> marks: array<Mark>;
+#endif
 
 @fragment
 fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
@@ -39,6 +45,18 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     if index >= tiles.count || border < 1.0 {
         return vec4(0.02, 0.02, 0.05, 1.0);
     }
+#ifdef RSM
+    for (var i = 0u; i < tiles.marks; i++) {
+        let mark = marks[i];
+        let d = distance(uv, mark.uv) * tile;
+        if mark.map == index && mark.radius == 0.0 && d < 2.0 {
+            return vec4(1.0, 0.1, 0.6, 1.0);
+        }
+        if mark.map == index && mark.radius > 0.0 && abs(d - mark.radius * tile) < 1.0 {
+            return vec4(1.0, 0.8, 0.1, 1.0);
+        }
+    }
+#endif
     return vec4(map_color(index, uv), 1.0);
 }
 

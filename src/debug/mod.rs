@@ -1,21 +1,23 @@
 //! Debug views: parts of the light, of the surfaces and of what techniques keep, in place of the
 //! picture or inside of it.
 //!
-//! Views of the screen are drawn by the composite, views of voxels by the technique that has them,
-//! shadow maps by `shadow_maps.rs`. What lies at points of space is drawn inside of the picture:
+//! Views of the screen are drawn by the composite, views of voxels by `voxels.rs`, into which a technique
+//! puts its own cells as a `VoxelView`, views from lights by `light_maps.rs`. What lies at points of space is drawn inside of the picture:
 //! volumes and their cells as gizmos (`gizmos.rs`), everything else as spheres by one instanced pass
 //! (`shapes.rs`), for which a technique puts its own points into a `DebugShapes`.
 
 mod gizmos;
-mod light_maps;
+pub(crate) mod light_maps;
 pub(crate) mod shapes;
 mod view;
+pub(crate) mod voxels;
 mod vpls;
 
 use bevy::{
     app::{App, Plugin},
     core_pipeline::tonemapping::Tonemapping,
     ecs::prelude::*,
+    math::Vec3,
     pbr::check_views_need_specialization,
     reflect::prelude::*,
     render::{Render, RenderApp, RenderSystems, extract_resource::ExtractResource},
@@ -23,7 +25,7 @@ use bevy::{
 use serde::{Deserialize, Serialize};
 
 pub(crate) use view::Painter;
-pub use view::{GiSlice, GiView};
+pub use view::{GiSlice, GiView, HintView};
 
 use crate::{
     camera::ExtractedGiCamera,
@@ -60,6 +62,22 @@ pub struct GiDebugSettings {
     /// Draws the virtual point lights of the reflective shadow maps as small spheres that show what their
     /// patch of surface radiates. Default `false`.
     pub show_vpls: bool,
+    /// Draws the hints of [radiance hints](crate::technique::hints), where they stand, as spheres that show the
+    /// light from all sides. Default `false`. With a [`slice`](Self::slice), those of one layer.
+    pub show_hints: bool,
+    /// What those show. Default: all light.
+    pub hint_view: HintView,
+    /// Draws the point that is picked, the hint that lights it most, and the taps over it at which
+    /// [`HintReconstruction::Taps`](crate::HintReconstruction) reads. Default `false`.
+    pub show_taps: bool,
+    /// Marks in views of reflective shadow maps where the picked hint takes its samples, and the disk that they lie
+    /// in, if any. Default `false`.
+    pub show_samples: bool,
+    /// Where the line of sight starts that picks a surface: the first voxel on it. Metres, each
+    /// -1000000..=1000000.
+    pub pick_from: Vec3,
+    /// A further point of it. The same point as the first picks that itself. Metres, each -1000000..=1000000.
+    pub pick_to: Vec3,
 }
 
 impl GiDebugSettings {
@@ -73,6 +91,11 @@ impl Clamped for GiDebugSettings {
     fn clamp(&mut self, c: &mut Clamp) {
         c.int("voxel_level", &mut self.voxel_level, 0, 8);
         c.float("slice_at", &mut self.slice_at, 0.0, 1.0);
+        c.point(
+            ["pick_from.x", "pick_from.y", "pick_from.z"],
+            &mut self.pick_from,
+        );
+        c.point(["pick_to.x", "pick_to.y", "pick_to.z"], &mut self.pick_to);
     }
 }
 
@@ -102,6 +125,7 @@ impl Plugin for DebugPlugin {
             gizmos::VolumeGizmosPlugin,
             shapes::ShapesPlugin,
             light_maps::LightMapsViewPlugin,
+            voxels::VoxelViewPlugin,
             vpls::VplsViewPlugin,
         ));
     }

@@ -17,7 +17,7 @@ use bevy::{
     shader::{Shader, load_shader_library},
 };
 
-use super::{GiDebugSettings, Painter};
+use super::{GiDebugSettings, Painter, light_maps::DebugMarks};
 use crate::{
     gpu::{
         compute::{ComputePass, Groups, Recorder},
@@ -35,7 +35,7 @@ pub(crate) struct GpuShape {
     /// Metres.
     pub center: Vec3,
     pub radius: f32,
-    /// Nits, seen from +x, -x, +y, -y, +z, -z.
+    /// Nits, seen from +x, -x, +y, -y, +z, -z; with a fourth component of 0, plain numbers that are not exposed.
     pub sides: [Vec4; 6],
 }
 
@@ -46,11 +46,11 @@ pub(crate) struct DebugShapes {
     /// `array<GpuShape>`.
     shapes: Buffer,
     count: u32,
-    fill: FillShapes,
+    fill: Vec<FillPass>,
 }
 
-/// The compute pass that writes the spheres in each frame.
-pub(crate) struct FillShapes {
+/// A compute pass that writes spheres, or marks, in each frame.
+pub(crate) struct FillPass {
     pub pass: ComputePass,
     pub groups: UVec3,
     pub bind_groups: Vec<BindGroup>,
@@ -62,7 +62,7 @@ impl DebugShapes {
         count: u32,
         before: Option<&Self>,
         device: &RenderDevice,
-        fill: impl FnOnce(&Buffer) -> FillShapes,
+        fill: impl FnOnce(&Buffer) -> Vec<FillPass>,
     ) -> Self {
         let shapes = match before.filter(|before| before.count == count) {
             Some(before) => before.shapes.clone(),
@@ -138,9 +138,9 @@ impl Plugin for ShapesPlugin {
             .add_systems(RenderStartup, init_pipeline.after(init_surface_layout))
             .add_systems(
                 RenderGraph,
-                fill_shapes
-                    .in_set(GiSystems::FillDebug)
-                    .run_if(any_with_component::<DebugShapes>),
+                fill_shapes.in_set(GiSystems::FillDebug).run_if(
+                    any_with_component::<DebugShapes>.or_else(any_with_component::<DebugMarks>),
+                ),
             )
             .add_systems(
                 Core3d,
@@ -222,20 +222,23 @@ fn draw_shapes(
     });
 }
 
-/// Brings all spheres up to date.
-fn fill_shapes(all: Query<&DebugShapes>, cache: Res<PipelineCache>, mut ctx: RenderContext) {
+/// Brings all spheres and marks up to date.
+fn fill_shapes(
+    all: Query<&DebugShapes>,
+    marks: Query<&DebugMarks>,
+    cache: Res<PipelineCache>,
+    mut ctx: RenderContext,
+) {
     let diagnostics = ctx.diagnostic_recorder();
     let mut recorder = Recorder {
         encoder: ctx.command_encoder(),
         cache: &cache,
         diagnostics: diagnostics.as_deref(),
     };
-    for shapes in &all {
-        let groups: Vec<_> = shapes.fill.bind_groups.iter().collect();
-        recorder.run(
-            &shapes.fill.pass,
-            Groups::Direct(shapes.fill.groups),
-            &groups,
-        );
+    let shapes = all.iter().flat_map(|shapes| &shapes.fill);
+    let marks = marks.iter().flat_map(|marks| &marks.fill);
+    for fill in shapes.chain(marks) {
+        let groups: Vec<_> = fill.bind_groups.iter().collect();
+        recorder.run(&fill.pass, Groups::Direct(fill.groups), &groups);
     }
 }

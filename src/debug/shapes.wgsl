@@ -45,8 +45,9 @@ fn fragment(in: Vertex) -> Fragment {
     var light = vec3(0.0);
     for (var axis = 0u; axis < 3u; axis++) {
         let side = 2u * axis + select(0u, 1u, n[axis] < 0.0);
-        light += n[axis] * n[axis] * shape.sides[side].rgb;
+        let exposure = select(1.0, view.exposure, shape.sides[side].w > 0.0);
+        light += n[axis] * n[axis] * shape.sides[side].rgb * exposure;
     }
     let clip = view.clip_from_world * vec4(point, 1.0);
-    return Fragment(vec4(light * view.exposure, 1.0), clip.z / clip.w);
+    return Fragment(vec4(light, 1.0), clip.z / clip.w);
 }

@@ -43,9 +43,9 @@ pub enum GiView {
     VoxelNormal,
     /// What voxels emit.
     VoxelEmission,
-    /// Light that leaves cells of voxels towards the viewer.
+    /// Light that leaves cells of voxels towards the viewer. Of techniques that keep it: voxel cone tracing.
     VoxelRadiance,
-    /// Opacity of cells of voxels along the view, unexposed.
+    /// Opacity of cells of voxels along the view, unexposed. Of techniques that keep it: voxel cone tracing.
     VoxelOpacity,
     /// Depth as each light sees the scene, side by side, unexposed.
     ShadowMaps,
@@ -66,8 +66,10 @@ pub(crate) enum Painter {
     Bevy,
     /// The composite, in place of adding light.
     Composite,
-    /// The technique's ray marcher of voxels.
+    /// The pass that shows the surfaces in voxels.
     Voxels,
+    /// The same pass, with the technique's own cells.
+    Technique,
     /// The pass that shows what lights see.
     LightMaps,
 }
@@ -157,8 +159,12 @@ impl GiView {
             Self::VoxelAlbedo => "albedo of voxels, 0 to 1",
             Self::VoxelNormal => "normal of voxels: grey is 0, red +x, green +y, blue +z",
             Self::VoxelEmission => "emission of voxels, exposed",
-            Self::VoxelRadiance => "light that cells of voxels send to the viewer, exposed",
-            Self::VoxelOpacity => "opacity of cells along the view: black 0, white 1",
+            Self::VoxelRadiance => {
+                "light that cells of voxels send to the viewer, exposed (voxel cone tracing has them)"
+            }
+            Self::VoxelOpacity => {
+                "opacity of cells along the view: black 0, white 1 (voxel cone tracing has them)"
+            }
             Self::ShadowMaps => {
                 "depth seen from each light, a tile a map: white near, black far or nothing"
             }
@@ -200,11 +206,8 @@ impl GiView {
     pub(crate) const fn painter(self) -> Painter {
         match self {
             Self::Direct => Painter::Bevy,
-            Self::VoxelAlbedo
-            | Self::VoxelNormal
-            | Self::VoxelEmission
-            | Self::VoxelRadiance
-            | Self::VoxelOpacity => Painter::Voxels,
+            Self::VoxelAlbedo | Self::VoxelNormal | Self::VoxelEmission => Painter::Voxels,
+            Self::VoxelRadiance | Self::VoxelOpacity => Painter::Technique,
             Self::ShadowMaps
             | Self::RsmFlux
             | Self::RsmNormal
@@ -223,6 +226,59 @@ impl GiView {
                 ShaderDefVal::UInt(format!("VIEW_{name}"), *view as u32)
             })
             .collect()
+    }
+}
+
+/// What the spheres of hints show. See [`RadianceHintsSettings`](crate::RadianceHintsSettings).
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+#[repr(u32)]
+pub enum HintView {
+    /// All light, exposed.
+    #[default]
+    Light,
+    /// Light of lamps that has bounced once, exposed.
+    FirstBounce,
+    /// Light of emissive surfaces, exposed.
+    Emission,
+    /// Light of the sky, exposed.
+    Sky,
+    /// What has bounced once more than those three, exposed.
+    SecondBounce,
+    /// What has bounced more often, exposed.
+    LaterBounces,
+    /// Distance of the nearest of what lights the hint, over the reach: black 0, white 1 or more.
+    Nearest,
+    /// Distance of the farthest, likewise.
+    Farthest,
+    /// Whether the hint sees the picked one, as equation 11 guesses: black 0, white 1.
+    Visibility,
+    /// How likely light comes from there, `1 - nearest` (equation 9 before its sum is 1): black 0, white 1.
+    Confidence,
+    /// Mean albedo of the surfaces around, where light bounces from hint to hint in colour.
+    Albedo,
+}
+
+impl HintView {
+    /// What the colours mean, with their range.
+    pub const fn legend(self) -> &'static str {
+        match self {
+            Self::Light => "all light that arrives from each side, exposed",
+            Self::FirstBounce => "light of lamps that has bounced once, exposed",
+            Self::Emission => "light of emissive surfaces, exposed",
+            Self::Sky => "light of the sky, exposed",
+            Self::SecondBounce => "light that has bounced once more, exposed",
+            Self::LaterBounces => "light that has bounced more often, exposed",
+            Self::Nearest => {
+                "the nearest of what lights the hint: black at hand, white at the reach"
+            }
+            Self::Farthest => {
+                "the farthest of what lights the hint: black at hand, white at the reach"
+            }
+            Self::Visibility => "guessed visibility of the picked hint: black 0, white 1",
+            Self::Confidence => "1 - nearest: black 0, white 1",
+            Self::Albedo => "mean albedo around, 0 to 1",
+        }
     }
 }
 

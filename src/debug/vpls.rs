@@ -14,7 +14,7 @@ use bevy::{
 
 use super::{
     GiDebugSettings,
-    shapes::{DebugShapes, FillShapes},
+    shapes::{DebugShapes, FillPass},
 };
 use crate::{
     gpu::compute::ComputePass,
@@ -127,11 +127,11 @@ fn prepare(
             &cache.get_bind_group_layout(&pass.layouts[0]),
             &BindGroupEntries::sequential((&uniform, shapes.as_entire_binding())),
         );
-        FillShapes {
+        vec![FillPass {
             pass: pass.pass,
             groups: UVec3::new(count.div_ceil(64), 1, 1),
             bind_groups: vec![own, pass.empty.clone(), pass.empty.clone(), lookup.clone()],
-        }
+        }]
     });
     match before {
         Some((entity, _)) => commands.entity(entity).insert(shapes),

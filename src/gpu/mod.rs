@@ -17,8 +17,10 @@ pub(crate) struct GpuPlugin;
 
 impl Plugin for GpuPlugin {
     fn build(&self, app: &mut App) {
+        load_shader_library!(app, "basis.wgsl");
         load_shader_library!(app, "pack.wgsl");
         load_shader_library!(app, "random.wgsl");
+        load_shader_library!(app, "sh.wgsl");
         app.add_plugins((statistics::StatisticsPlugin, diagnostics::DiagnosticsPlugin));
     }
 }

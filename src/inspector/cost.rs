@@ -11,7 +11,7 @@ use bevy::{
 use bevy_egui::egui;
 use egui_plot::{Line, Plot, PlotPoints};
 
-use crate::{GiStatistics, GiSupport};
+use crate::{GiSettings, GiStatistics, GiSupport, GiTechnique};
 
 /// Frames that are remembered.
 const FRAMES: usize = 240;
@@ -45,8 +45,14 @@ fn mean(values: &VecDeque<f64>) -> f64 {
 pub(super) fn record(
     mut history: ResMut<CostHistory>,
     diagnostics: Res<DiagnosticsStore>,
+    settings: Res<GiSettings>,
     time: Res<Time<Real>>,
+    mut before: Local<Option<GiTechnique>>,
 ) {
+    // What another technique cost is no part of the sum.
+    if before.replace(settings.technique) != Some(settings.technique) {
+        history.passes.clear();
+    }
     push(&mut history.frame, time.delta_secs_f64() * 1000.0);
     let now = time.last_update();
     let mut new: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
@@ -78,6 +84,9 @@ pub(super) fn record(
             push(&mut values.cpu, cpu);
         }
     }
+    // What has not run for so long is not listed.
+    let runs = |pass: &PassHistory| pass.gpu.iter().chain(&pass.cpu).any(|ms| *ms > 0.0);
+    history.passes.retain(|_, pass| runs(pass));
 }
 
 /// Measurements arrive some frames late.
@@ -118,7 +127,8 @@ fn warnings(world: &World, ui: &mut egui::Ui) {
     }
     ui.horizontal(|ui| {
         ui.strong(format!("Warnings ({})", warnings.len()));
-        if ui.small_button("clear").clicked() {
+        let button = ui.small_button("clear");
+        if button.on_hover_text("Until they come again").clicked() {
             statistics.clear_warnings();
         }
     });
@@ -128,8 +138,11 @@ fn warnings(world: &World, ui: &mut egui::Ui) {
     ui.separator();
 }
 
-fn points(values: impl Iterator<Item = f64>) -> PlotPoints<'static> {
-    values.enumerate().map(|(i, v)| [i as f64, v]).collect()
+/// The last value stands at the right end, in every plot.
+fn points(values: impl ExactSizeIterator<Item = f64>) -> PlotPoints<'static> {
+    let first = FRAMES - values.len();
+    let values = values.enumerate();
+    values.map(|(i, v)| [(first + i) as f64, v]).collect()
 }
 
 fn plot(name: &str) -> Plot<'_> {

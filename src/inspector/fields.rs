@@ -35,6 +35,17 @@ pub(super) fn search(text: &mut String, ui: &mut egui::Ui) {
     });
 }
 
+/// Whether all words that are looked for are in a text, in any case of letters.
+pub(super) fn matches(search: &str, text: &str) -> bool {
+    let (search, text) = (search.to_lowercase(), text.to_lowercase());
+    search.split_whitespace().all(|word| text.contains(word))
+}
+
+/// A button that says on hover what it does. True if it is clicked.
+pub(super) fn button(ui: &mut egui::Ui, text: &str, what: &str) -> bool {
+    ui.button(text).on_hover_text(what).clicked()
+}
+
 /// A value with named fields.
 pub(super) struct Group<'a> {
     pub title: &'a str,
@@ -43,8 +54,22 @@ pub(super) struct Group<'a> {
     pub ranges: &'a [FieldRange],
     /// Only fields whose name or documentation contains this are shown.
     pub search: &'a str,
-    /// Whether it is unfolded at first.
-    pub open: bool,
+    pub fold: Fold,
+}
+
+/// Whether a group is unfolded.
+#[derive(Clone, Copy)]
+pub(super) struct Fold {
+    pub at_first: bool,
+    /// From this frame on, whatever it was.
+    pub now: Option<bool>,
+}
+
+impl Fold {
+    pub const OPEN: Self = Self {
+        at_first: true,
+        now: None,
+    };
 }
 
 impl Group<'_> {
@@ -65,11 +90,8 @@ impl Group<'_> {
         let ReflectMut::Struct(fields) = value.reflect_mut() else {
             return false;
         };
-        let search = self.search.to_lowercase();
-        let found = |name: &str, docs: &str| {
-            let text = format!("{} {name} {}", self.title, docs).to_lowercase();
-            search.split_whitespace().all(|word| text.contains(word))
-        };
+        let found =
+            |name: &str, docs: &str| matches(self.search, &format!("{} {name} {docs}", self.title));
         let shown: Vec<_> = (0..fields.field_len())
             .filter_map(|i| {
                 let info = info.field_at(i)?;
@@ -94,10 +116,14 @@ impl Group<'_> {
         };
         let header = egui::CollapsingHeader::new(title)
             .id_salt(self.title)
-            .default_open(self.open)
-            .open((!search.is_empty()).then_some(true));
+            .default_open(self.fold.at_first)
+            .open((!self.search.is_empty()).then_some(true).or(self.fold.now));
         let response = header.show(ui, |ui| {
-            if all_changed > 0 && ui.small_button("↺ reset all").clicked() {
+            // Greyed out rather than gone: what is below stays in its place.
+            let button = egui::Button::new("↺ reset all").small();
+            let button = ui.add_enabled(all_changed > 0, button);
+            let button = button.on_hover_text("All fields of this group back to their defaults");
+            if button.clicked() {
                 for field in info.iter() {
                     changed |= reset(defaults.field(field.name()), fields.field_mut(field.name()));
                 }
@@ -298,6 +324,11 @@ fn plain(docs: &str) -> String {
             text.push_str(line);
         }
     }
+    // The targets of links.
+    while let Some(at) = text.find("](") {
+        let end = text[at..].find(')').map_or(text.len(), |end| at + end + 1);
+        text.replace_range(at..end, "");
+    }
     text.replace(['`', '[', ']'], "")
 }
 
@@ -333,7 +364,7 @@ mod tests {
         let text = plain(docs);
         assert_eq!(
             text,
-            "What holds for every technique(x). Two lines.\n\nA paragraph."
+            "What holds for every technique. Two lines.\n\nA paragraph."
         );
     }
 

@@ -3,7 +3,7 @@
 use bevy::ecs::prelude::*;
 use bevy_egui::egui;
 
-use super::{GiInspector, rust, shaders};
+use super::{GiInspector, fields, rust, shaders};
 use crate::{GiHistory, GiSettings, GiSettingsRegistry};
 
 /// All settings of a world as RON: a map from the names of their types.
@@ -61,36 +61,32 @@ pub(super) fn show(world: &mut World, inspector: &mut GiInspector, ui: &mut egui
         ui.add(path).on_hover_text(
             "The file for Save and Load, seen from the folder in which the app runs",
         );
-        if ui
-            .button("Save")
-            .on_hover_text("All settings as RON")
-            .clicked()
-        {
+        if fields::button(ui, "Save", "All settings as RON") {
             let saved = to_ron(world)
                 .and_then(|text| std::fs::write(&inspector.file, text).map_err(|e| e.to_string()));
             inspector.message = outcome("saved", &inspector.file, saved);
         }
-        if ui.button("Load").clicked() {
+        if fields::button(
+            ui,
+            "Load",
+            "Settings from that file; what is not in it stays",
+        ) {
             let loaded = std::fs::read_to_string(&inspector.file)
                 .map_err(|e| e.to_string())
                 .and_then(|text| from_ron(world, &text));
             inspector.message = outcome("loaded", &inspector.file, loaded);
         }
-        if ui
-            .button("Copy as Rust")
-            .on_hover_text("Code that makes these settings, into the clipboard")
-            .clicked()
-        {
+        if fields::button(
+            ui,
+            "Copy as Rust",
+            "Code that makes these settings, into the clipboard",
+        ) {
             ui.ctx().copy_text(to_rust(world));
             inspector.message = "copied".into();
         }
     });
     ui.horizontal_wrapped(|ui| {
-        if ui
-            .button("Reset history")
-            .on_hover_text("Lets all light start afresh")
-            .clicked()
-        {
+        if fields::button(ui, "Reset history", "Lets all light start afresh") {
             world.resource_mut::<GiHistory>().reset();
         }
         let mut frozen = world.resource::<GiSettings>().freeze_capture;
@@ -103,8 +99,9 @@ pub(super) fn show(world: &mut World, inspector: &mut GiInspector, ui: &mut egui
         }
         let possible = shaders::can_reload();
         let button = ui.add_enabled(possible, egui::Button::new("Reload shaders"));
-        let button =
-            button.on_disabled_hover_text("The plugin's sources do not lie on this machine");
+        let button = button
+            .on_hover_text("Reads the plugin's shaders again from its sources, as they are now")
+            .on_disabled_hover_text("The plugin's sources do not lie on this machine");
         if button.clicked() {
             inspector.message = shaders::reload(world);
         }

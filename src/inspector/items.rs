@@ -1,4 +1,4 @@
-//! Volumes, lights and cameras of the world: lists and parameters.
+//! Volumes, probe sets, lights and cameras of the world: lists and parameters.
 
 use bevy::{
     camera::{Camera, Camera3d},
@@ -18,7 +18,7 @@ use super::{
     GiInspector,
     fields::{self, Group},
 };
-use crate::{FieldRange, GiCamera, GiLight, GiVolume};
+use crate::{FieldRange, GiCamera, GiCascades, GiLight, GiVolume, ProbePin, ProbeSet};
 
 type AnyLight = Or<(
     With<PointLight>,
@@ -68,6 +68,11 @@ fn section(
         .default_open(true)
         .show(ui, |ui| {
             for (entity, line) in items {
+                // What is selected is searched for its fields, and all others for their names.
+                let found = fields::matches(&inspector.search, &format!("{title} {line}"));
+                if !found && inspector.selected != Some(*entity) {
+                    continue;
+                }
                 let selected = inspector.selected == Some(*entity);
                 if ui.selectable_label(selected, line).clicked() {
                     inspector.selected = (!selected).then_some(*entity);
@@ -92,6 +97,8 @@ pub(super) fn show(world: &mut World, inspector: &mut GiInspector, ui: &mut egui
         .selected
         .filter(|entity| world.get_entity(*entity).is_ok());
     volumes(world, inspector, ui);
+    cascades(world, inspector, ui);
+    probe_sets(world, inspector, ui);
     lights(world, inspector, ui);
     cameras(world, inspector, ui);
     if inspector.selected.is_none() {
@@ -112,16 +119,16 @@ fn volumes(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         &items,
         |world, entity, search, ui| {
             component::<GiVolume>(world, entity, &GiVolume::ranges(), search, ui);
-            if ui.button("Remove volume").clicked() {
+            if fields::button(ui, "Remove volume", "Takes the GiVolume from the entity") {
                 remove::<GiVolume>(world, entity);
             }
         },
     );
-    if ui
-        .button("+ volume")
-        .on_hover_text("A GiVolume around the point that the camera looks at")
-        .clicked()
-    {
+    if fields::button(
+        ui,
+        "+ volume",
+        "A GiVolume around the point that the camera looks at",
+    ) {
         let at = ahead(world, 5.0);
         let volume = world.spawn((
             Spawned,
@@ -129,6 +136,87 @@ fn volumes(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
             Transform::from_translation(at),
         ));
         inspector.selected = Some(volume.id());
+    }
+}
+
+fn cascades(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
+    let items = list::<&GiCascades, ()>(world, |cascades| {
+        format!("{} volumes around the camera", cascades.levels)
+    });
+    section(
+        world,
+        inspector,
+        ui,
+        "Cascades",
+        &items,
+        |world, entity, search, ui| {
+            component::<GiCascades>(world, entity, &GiCascades::ranges(), search, ui);
+            component::<ProbeSet>(world, entity, &ProbeSet::ranges(), search, ui);
+            if fields::button(
+                ui,
+                "Remove cascades",
+                "Takes the GiCascades from the entity",
+            ) {
+                remove::<GiCascades>(world, entity);
+            }
+        },
+    );
+    if fields::button(
+        ui,
+        "+ cascades",
+        "Nested volumes that follow the camera, for worlds that no single one can hold",
+    ) {
+        let cascades = world.spawn((Spawned, GiCascades::default(), ProbeSet::default()));
+        inspector.selected = Some(cascades.id());
+    }
+}
+
+fn probe_sets(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
+    let items = list::<Option<&ProbeSet>, With<GiVolume>>(world, |set| match set {
+        None => "the default".into(),
+        Some(set) => format!("{} probes along the longest side", set.resolution),
+    });
+    section(
+        world,
+        inspector,
+        ui,
+        "Probe sets",
+        &items,
+        |world, entity, search, ui| {
+            if world.get::<ProbeSet>(entity).is_some() {
+                component::<ProbeSet>(world, entity, &ProbeSet::ranges(), search, ui);
+                if fields::button(ui, "Remove ProbeSet", "Probes stand by default again") {
+                    world.entity_mut(entity).remove::<ProbeSet>();
+                }
+            } else if fields::button(
+                ui,
+                "+ ProbeSet",
+                "Where the probes of this volume stand, for techniques that have any",
+            ) {
+                world.entity_mut(entity).insert(ProbeSet::default());
+            }
+        },
+    );
+    let pins = list::<(), With<ProbePin>>(world, |()| "a probe stands here".into());
+    section(
+        world,
+        inspector,
+        ui,
+        "Probe pins",
+        &pins,
+        |world, entity, _, ui| {
+            if fields::button(ui, "Remove pin", "The probe goes back to its place") {
+                remove::<ProbePin>(world, entity);
+            }
+        },
+    );
+    if fields::button(
+        ui,
+        "+ pin",
+        "Places a probe by hand, at the point that the camera looks at",
+    ) {
+        let at = Transform::from_translation(ahead(world, 3.0));
+        inspector.selected = Some(world.spawn((Spawned, ProbePin, at)).id());
     }
 }
 
@@ -166,21 +254,21 @@ fn lights(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         |world, entity, search, ui| {
             if world.get::<GiLight>(entity).is_some() {
                 component::<GiLight>(world, entity, &GiLight::ranges(), search, ui);
-                if ui.button("Remove GiLight").clicked() {
+                if fields::button(ui, "Remove GiLight", "The light has its whole share again") {
                     world.entity_mut(entity).remove::<GiLight>();
                 }
-            } else if ui
-                .button("+ GiLight")
-                .on_hover_text("Parameters of this light's share in global illumination")
-                .clicked()
-            {
+            } else if fields::button(
+                ui,
+                "+ GiLight",
+                "Parameters of this light's share in global illumination",
+            ) {
                 world.entity_mut(entity).insert(GiLight::default());
             }
             component::<PointLight>(world, entity, &[], search, ui);
             component::<SpotLight>(world, entity, &[], search, ui);
             component::<DirectionalLight>(world, entity, &[], search, ui);
             component::<RectLight>(world, entity, &[], search, ui);
-            if ui.button("Remove light").clicked() {
+            if fields::button(ui, "Remove light", "Takes the light from the entity") {
                 remove::<(PointLight, SpotLight, DirectionalLight, RectLight, GiLight)>(
                     world, entity,
                 );
@@ -189,24 +277,36 @@ fn lights(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     );
     ui.horizontal_wrapped(|ui| {
         let at = |world: &mut World| Transform::from_translation(ahead(world, 3.0));
-        let new = if ui.button("+ point light").clicked() {
+        let new = if fields::button(
+            ui,
+            "+ point light",
+            "A lamp 3 m before the camera, with shadows",
+        ) {
             let at = at(world);
             let light = PointLight {
                 shadow_maps_enabled: true,
                 ..Default::default()
             };
             Some(world.spawn((Spawned, light, at)).id())
-        } else if ui.button("+ spot light").clicked() {
+        } else if fields::button(
+            ui,
+            "+ spot light",
+            "A spot light 3 m before the camera that shines down, with shadows",
+        ) {
             let at = at(world).looking_to(Vec3::NEG_Y, Vec3::X);
             let light = SpotLight {
                 shadow_maps_enabled: true,
                 ..Default::default()
             };
             Some(world.spawn((Spawned, light, at)).id())
-        } else if ui.button("+ rect light").clicked() {
+        } else if fields::button(
+            ui,
+            "+ rect light",
+            "A lit rectangle 3 m before the camera that shines down",
+        ) {
             let at = at(world).looking_to(Vec3::NEG_Y, Vec3::X);
             Some(world.spawn((Spawned, RectLight::default(), at)).id())
-        } else if ui.button("+ sun").clicked() {
+        } else if fields::button(ui, "+ sun", "Parallel light from far away, with shadows") {
             let at = at(world).looking_to(Vec3::new(0.3, -1.0, 0.2), Vec3::X);
             let light = DirectionalLight {
                 shadow_maps_enabled: true,
@@ -239,10 +339,18 @@ fn cameras(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         |world, entity, search, ui| {
             if world.get::<GiCamera>(entity).is_some() {
                 component::<GiCamera>(world, entity, &[], search, ui);
-                if ui.button("Remove GiCamera").clicked() {
+                if fields::button(
+                    ui,
+                    "Remove GiCamera",
+                    "This camera shows no global illumination then",
+                ) {
                     world.entity_mut(entity).remove::<GiCamera>();
                 }
-            } else if ui.button("+ GiCamera").clicked() {
+            } else if fields::button(
+                ui,
+                "+ GiCamera",
+                "This camera shows global illumination then",
+            ) {
                 world.entity_mut(entity).insert(GiCamera::default());
             }
         },
@@ -267,7 +375,7 @@ fn component<T>(
         default: &T::default(),
         ranges,
         search,
-        open: true,
+        fold: fields::Fold::OPEN,
     };
     if group.show(world, &mut value, ui) {
         world.entity_mut(entity).insert(value);

@@ -15,7 +15,7 @@
 //! ```
 //!
 //! F1 opens it. What it lists comes from reflection: all fields of all resources in
-//! [`GiSettingsRegistry`](crate::GiSettingsRegistry), with their ranges, units and documentation.
+//! [`crate::GiSettingsRegistry`], with their ranges, units and documentation.
 //!
 //! While it is closed, no system of it runs but the one that waits for its key.
 

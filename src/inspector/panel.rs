@@ -3,9 +3,10 @@
 use bevy::{ecs::prelude::*, reflect::TypePath};
 use bevy_egui::{EguiContext, PrimaryEguiContext, egui};
 
-use super::{Dock, GiInspector, cost, fields, files, items};
+use super::{Dock, GiInspector, cost, fields, fields::Fold, files, items};
 use crate::{
-    GiDebugSettings, GiSettings, GiSettingsRegistry, GiSupport, GiTechnique, SettingsEntry,
+    GiDebugSettings, GiSettings, GiSettingsRegistry, GiSupport, GiTechnique, GiView, SettingsEntry,
+    debug::Painter,
 };
 
 /// A part of the panel.
@@ -32,6 +33,16 @@ impl Tab {
             Self::Scene => "Scene",
             Self::Cost => "Cost",
             Self::Views => "Views",
+        }
+    }
+
+    /// What is there.
+    const fn contents(self) -> &'static str {
+        match self {
+            Self::Settings => "All parameters",
+            Self::Scene => "Volumes, probes, lights and cameras",
+            Self::Cost => "Times, memory, counts and warnings",
+            Self::Views => "What to show in place of the picture, or in it",
         }
     }
 }
@@ -79,7 +90,12 @@ pub(super) fn show(world: &mut World) {
 pub(super) fn contents(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     header(world, inspector, ui);
     ui.separator();
+    let view = world.resource::<GiDebugSettings>().view;
+    if view != GiView::Full && inspector.tab != Tab::Views {
+        ui.small(format!("{}: {}", view.name(), view.legend()));
+    }
     egui::ScrollArea::vertical()
+        .id_salt(inspector.tab.name())
         .auto_shrink(false)
         .show(ui, |ui| match inspector.tab {
             Tab::Settings => settings(world, inspector, ui),
@@ -92,7 +108,11 @@ pub(super) fn contents(world: &mut World, inspector: &mut GiInspector, ui: &mut 
 fn header(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     ui.horizontal(|ui| {
         for tab in Tab::ALL {
-            ui.selectable_value(&mut inspector.tab, tab, tab.name());
+            let button = ui.selectable_value(&mut inspector.tab, tab, tab.name());
+            if button.on_hover_text(tab.contents()).changed() {
+                // Of another list.
+                inspector.search.clear();
+            }
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             if ui.button("✖").on_hover_text("Close").clicked() {
@@ -139,16 +159,15 @@ fn technique(world: &mut World, ui: &mut egui::Ui) {
     ui.horizontal_wrapped(|ui| {
         ui.strong("Quality");
         let registry = world.resource::<GiSettingsRegistry>().clone();
-        let active = |entry: &&SettingsEntry| entry.technique.is_none_or(|t| t == technique);
-        let entries: Vec<_> = registry.iter().filter(active).collect();
         let mut names: Vec<&str> = Vec::new();
-        for (name, _) in entries.iter().flat_map(|entry| entry.presets()) {
+        for (name, _) in registry.active(technique).flat_map(SettingsEntry::presets) {
             if !names.contains(&name) {
                 names.push(name);
             }
         }
         for name in names {
-            let button = ui.button(name).on_hover_text(format!(
+            let in_force = registry.has_preset(world, name);
+            let button = ui.selectable_label(in_force, name).on_hover_text(format!(
                 "Sets all parameters of the technique to the preset '{name}'; light units, sky and the \
                  technique stay"
             ));
@@ -163,10 +182,22 @@ fn settings(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     fields::search(&mut inspector.search, ui);
     let technique = world.resource::<GiSettings>().technique;
     let registry = world.resource::<GiSettingsRegistry>().clone();
+    // A technique that was just chosen unfolds, the one before folds.
+    let id = egui::Id::new("gi_technique_shown");
+    let before = ui.data_mut(|data| {
+        let before = data.get_temp::<GiTechnique>(id);
+        data.insert_temp(id, technique);
+        before
+    });
+    let switched = before.is_some_and(|before| before != technique);
     // Debug views have a tab of their own.
     for entry in registry.iter().filter(|entry| !is_debug(entry)) {
         let active = entry.technique.is_none_or(|t| t == technique);
-        resource(world, entry, active, &inspector.search, ui);
+        let fold = Fold {
+            at_first: active,
+            now: (switched && entry.technique.is_some()).then_some(active),
+        };
+        resource(world, entry, fold, &inspector.search, ui);
     }
 }
 
@@ -176,7 +207,7 @@ pub(super) fn is_debug(entry: &SettingsEntry) -> bool {
 }
 
 /// All fields of a settings resource.
-fn resource(world: &mut World, entry: &SettingsEntry, open: bool, search: &str, ui: &mut egui::Ui) {
+fn resource(world: &mut World, entry: &SettingsEntry, fold: Fold, search: &str, ui: &mut egui::Ui) {
     let Some(value) = entry.get(world) else {
         return;
     };
@@ -188,7 +219,7 @@ fn resource(world: &mut World, entry: &SettingsEntry, open: bool, search: &str, 
         default: entry.default_value(),
         ranges: &entry.ranges,
         search,
-        open,
+        fold,
     };
     if group.show(world, &mut *value, ui)
         && let Some(mut resource) = entry.get_mut(world)
@@ -200,20 +231,30 @@ fn resource(world: &mut World, entry: &SettingsEntry, open: bool, search: &str, 
 fn views(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     let mut view = world.resource::<GiDebugSettings>().view;
     let before = view;
+    let cones = world.resource::<GiSettings>().technique == GiTechnique::VoxelConeTracing;
     ui.horizontal_wrapped(|ui| {
         for choice in crate::GiView::ALL {
-            ui.selectable_value(&mut view, choice, choice.name())
-                .on_hover_text(choice.legend());
+            // What only voxel cone tracing keeps.
+            let there = choice.painter() != Painter::Technique || cones;
+            let button = egui::Button::selectable(view == choice, choice.name());
+            let button = ui.add_enabled(there, button);
+            if button.on_hover_text(choice.legend()).clicked() {
+                view = choice;
+            }
         }
     });
     if view != before {
         world.resource_mut::<GiDebugSettings>().view = view;
     }
     ui.label(format!("{}: {}", view.name(), view.legend()));
+    let debug = world.resource::<GiDebugSettings>();
+    if debug.show_hints {
+        ui.label(format!("hints: {}", debug.hint_view.legend()));
+    }
     ui.separator();
     fields::search(&mut inspector.search, ui);
     let registry = world.resource::<GiSettingsRegistry>().clone();
     if let Some(entry) = registry.iter().find(|entry| is_debug(entry)) {
-        resource(world, entry, true, &inspector.search, ui);
+        resource(world, entry, Fold::OPEN, &inspector.search, ui);
     }
 }

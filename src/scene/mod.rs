@@ -1,12 +1,14 @@
 //! Capture: what the scene looks like to light, independent of any camera.
 //!
 //! One-way data flow: the main world's meshes, lights and sky become [`SceneVoxels`](voxels),
-//! [`SceneShadows`](shadows), [`SceneRsm`](rsm) and [`SceneLights`](lights), and techniques read nothing else.
+//! [`SceneShadows`](shadows), [`SceneRsm`](rsm), [`SceneProbes`](probes) and [`SceneLights`](lights), and techniques read nothing else.
 //! Everything inside a [`GiVolume`](volume::GiVolume) is kept alive for this, on screen or not.
 
 pub mod bind_group;
+pub mod cascades;
 pub mod lights;
 pub mod material;
+pub mod probes;
 pub mod rsm;
 pub mod shadows;
 pub mod visibility;
@@ -31,6 +33,7 @@ impl Plugin for ScenePlugin {
         app.add_plugins((
             needs::NeedsPlugin,
             volume::VolumePlugin,
+            cascades::CascadesPlugin,
             visibility::VisibilityPlugin,
             lights::LightsPlugin,
             sky::SkyPlugin,
@@ -39,6 +42,7 @@ impl Plugin for ScenePlugin {
             shadows::ShadowsPlugin,
             rsm::RsmPlugin,
             voxels::VoxelsPlugin,
+            probes::ProbesPlugin,
             bind_group::SceneBindGroupPlugin,
         ));
     }

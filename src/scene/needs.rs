@@ -15,6 +15,8 @@ pub(crate) struct SceneNeeds {
     pub shadows: bool,
     /// [`SceneRsm`](super::rsm).
     pub rsm: bool,
+    /// [`SceneProbes`](super::probes), which need voxels.
+    pub probes: bool,
 }
 
 impl SceneNeeds {
@@ -23,6 +25,7 @@ impl SceneNeeds {
         self.voxels |= other.voxels;
         self.shadows |= other.shadows;
         self.rsm |= other.rsm;
+        self.probes |= other.probes;
     }
 }
 

@@ -223,6 +223,7 @@ impl SyncComponent for GiVolume {
     type Target = (
         ExtractedVolume,
         super::voxels::SceneVoxels,
+        super::probes::SceneProbes,
         super::bind_group::SceneBindGroup,
     );
 }

@@ -1,6 +1,6 @@
 //! Ranges of settings, and the clamping of what lies outside of them.
 
-use bevy::{color::LinearRgba, log::warn};
+use bevy::{color::LinearRgba, log::warn, math::Vec3};
 
 /// A type whose fields have ranges.
 pub(crate) trait Clamped {
@@ -88,6 +88,14 @@ impl Clamp {
             self.warn(field, old, *value, min, max);
         }
         self.range(field, min, max)
+    }
+
+    /// A point of the world: each of its fields within 1000 km.
+    pub fn point(&mut self, fields: [&'static str; 3], value: &mut Vec3) {
+        let values = [&mut value.x, &mut value.y, &mut value.z];
+        for (field, value) in fields.into_iter().zip(values) {
+            self.float(field, value, -1e6, 1e6).unit("m");
+        }
     }
 
     /// Each channel from 0 to `max`.

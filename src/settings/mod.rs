@@ -27,17 +27,20 @@ pub enum GiTechnique {
     /// Voxel cone tracing, see [`technique::vct`](crate::technique::vct).
     #[default]
     VoxelConeTracing,
+    /// Radiance hints, see [`technique::hints`](crate::technique::hints).
+    RadianceHints,
 }
 
 impl GiTechnique {
     /// Every technique, in the order in which keys and lists show them.
-    pub const ALL: [Self; 2] = [Self::Off, Self::VoxelConeTracing];
+    pub const ALL: [Self; 3] = [Self::Off, Self::VoxelConeTracing, Self::RadianceHints];
 
     /// Short name, as used by the viewer's `--technique` and in diagnostics paths.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Off => "off",
             Self::VoxelConeTracing => "vct",
+            Self::RadianceHints => "hints",
         }
     }
 
@@ -46,6 +49,7 @@ impl GiTechnique {
         match self {
             Self::Off => "Off",
             Self::VoxelConeTracing => "Voxel cone tracing",
+            Self::RadianceHints => "Radiance hints",
         }
     }
 
@@ -90,6 +94,18 @@ pub enum EmissiveUnits {
     AsSeen,
     /// `StandardMaterial::emissive` is a luminance in nits. Used to compare with a path tracer.
     Nits,
+}
+
+/// How samples are shared among lights.
+#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
+#[repr(u32)]
+pub enum LightShare {
+    /// In proportion to the light that surfaces reflect of each: the least noise.
+    #[default]
+    Power,
+    /// The same number to each: a dim light beside a bright one is sampled as well.
+    Even,
 }
 
 /// The light that arrives from outside of the scene.
@@ -157,7 +173,7 @@ pub struct GiSettings {
     /// Resolution of the gather. Default quarter. Cost of the gather is proportional to its pixels.
     pub gather_resolution: GatherResolution,
     /// Number of past frames blended into each gathered pixel, 1 = none. Range 1..=128, default 64;
-    /// while light changes, at most 8. More is calmer. Cost: two reads and two writes a gathered
+    /// while light changes, as few as the technique's noise allows (cones: 8, hints: 2). More is calmer. Cost: two reads and two writes a gathered
     /// pixel.
     pub history_frames: u32,
     /// Gathered pixels to each side over which the light of one surface is averaged, 0 = none. Range
@@ -192,6 +208,9 @@ pub struct GiSettings {
     /// Virtual point lights that stand for all light in the reflective shadow maps, rounded up to a power of
     /// two. Range 64..=16384, default 1024. 32 bytes each.
     pub vpls: u32,
+    /// How virtual point lights, and what else is sampled of reflective shadow maps, are shared among lights.
+    /// Default [`LightShare::Power`]. No cost.
+    pub light_share: LightShare,
     /// Keeps voxels and shadow maps as they are, whatever moves: for scenes whose light may lag, and to
     /// look into a moment. Default `false`. Saves what captures cost.
     pub freeze_capture: bool,
@@ -215,6 +234,7 @@ impl Default for GiSettings {
             rsm_size: 256,
             rsm_updates: 12,
             vpls: 1024,
+            light_share: LightShare::Power,
             freeze_capture: false,
         }
     }
@@ -282,9 +302,13 @@ impl Clamped for GiSettings {
         c.int("rsm_updates", &mut self.rsm_updates, 1, 256)
             .unit("maps");
         c.int("vpls", &mut self.vpls, 64, 16384);
-        if let GiSky::Constant(color) = &mut self.sky {
-            c.color("sky", color, 1e6);
-        }
+        // Its range is known whatever the sky is now: an editor asks before it is a constant.
+        let mut none = LinearRgba::BLACK;
+        let color = match &mut self.sky {
+            GiSky::Constant(color) => color,
+            _ => &mut none,
+        };
+        c.color("sky", color, 1e6);
     }
 }
 

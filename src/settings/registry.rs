@@ -5,6 +5,7 @@ use std::{marker::PhantomData, sync::Arc};
 use bevy::{
     app::{App, Last, Plugin},
     ecs::{component::Mutable, prelude::*, schedule::IntoScheduleConfigs, world::Mut},
+    log::warn,
     reflect::{
         PartialReflect, Reflect, TypePath,
         serde::{TypedReflectDeserializer, TypedReflectSerializer},
@@ -13,7 +14,7 @@ use bevy::{
 };
 use serde::{
     Deserializer, Serialize, Serializer,
-    de::{Error, MapAccess, Visitor},
+    de::{IgnoredAny, MapAccess, Visitor},
     ser::SerializeMap,
 };
 
@@ -116,6 +117,12 @@ impl GiSettingsRegistry {
         self.entries.iter().find(|entry| entry.name == name)
     }
 
+    /// Those for all techniques, and those for this one.
+    pub fn active(&self, technique: GiTechnique) -> impl Iterator<Item = &SettingsEntry> {
+        let all = self.entries.iter();
+        all.filter(move |entry| entry.technique.is_none_or(|t| t == technique))
+    }
+
     /// Adds one; what has its name is replaced.
     pub fn add(&mut self, entry: SettingsEntry) {
         self.entries.retain(|old| old.name != entry.name);
@@ -144,7 +151,8 @@ impl GiSettingsRegistry {
     /// their default.
     ///
     /// # Errors
-    /// Those of the format; a name that no settings resource has; a field that a type does not have.
+    /// Those of the format; a field that a type does not have. A settings resource that this app does not have is
+    /// left out, with a warning: files go from app to app.
     pub fn deserialize<'de, D: Deserializer<'de>>(
         &self,
         world: &World,
@@ -158,15 +166,32 @@ impl GiSettingsRegistry {
         deserializer.deserialize_map(visitor).map(SettingsValues)
     }
 
+    /// Whether all that [`apply_preset`](Self::apply_preset) would set is so already.
+    pub fn has_preset(&self, world: &World, name: &str) -> bool {
+        let now = world.resource::<GiSettings>();
+        let mut found = false;
+        for entry in self.active(now.technique) {
+            let (Some(preset), Some(value)) = (entry.preset(name), entry.get(world)) else {
+                continue;
+            };
+            found = true;
+            let same = match preset.as_any().downcast_ref::<GiSettings>() {
+                Some(preset) => preset.clone().with_scene_of(now) == *now,
+                None => preset.reflect_partial_eq(value.as_partial_reflect()) == Some(true),
+            };
+            if !same {
+                return false;
+            }
+        }
+        found
+    }
+
     /// Sets all resources for all techniques, and those of the technique in force, to their preset of that
     /// name. What is no question of quality stays, see [`GiSettings::with_scene_of`]. False if none has it.
     pub fn apply_preset(&self, world: &mut World, name: &str) -> bool {
         let kept = world.resource::<GiSettings>().clone();
         let mut found = false;
-        for entry in &self.entries {
-            if entry.technique.is_some_and(|t| t != kept.technique) {
-                continue;
-            }
+        for entry in self.active(kept.technique) {
             if let (Some(preset), Some(mut value)) = (entry.preset(name), entry.get_mut(world)) {
                 value.apply(preset.as_partial_reflect());
                 found = true;
@@ -216,16 +241,20 @@ impl<'de> Visitor<'de> for Values<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let mut values = Vec::new();
         while let Some(name) = map.next_key::<String>()? {
-            let known = || {
+            let entry = self.registry.find(&name);
+            let registered = entry.and_then(|entry| {
+                let id = entry.default_value().as_any().type_id();
+                Some((entry, self.types.get(id)?))
+            });
+            let Some((entry, registration)) = registered else {
                 let names: Vec<_> = self.registry.iter().map(|e| e.name).collect();
-                A::Error::custom(format!(
-                    "there is no settings resource '{name}'; there are: {}",
+                warn!(
+                    "there is no settings resource '{name}' here, it is left out; there are: {}",
                     names.join(", ")
-                ))
+                );
+                map.next_value::<IgnoredAny>()?;
+                continue;
             };
-            let entry = self.registry.find(&name).ok_or_else(known)?;
-            let id = entry.default_value().as_any().type_id();
-            let registration = self.types.get(id).ok_or_else(known)?;
             let seed = TypedReflectDeserializer::new(registration, self.types);
             values.push((entry.clone(), map.next_value_seed(seed)?));
         }

@@ -2,6 +2,8 @@
 //!
 //! Bevy's G-buffer, depth and motion vectors, with `load_surface` in `surface.wgsl` to unpack them.
 
+pub(crate) mod depth;
+
 use bevy::{
     app::{App, Plugin},
     core_pipeline::prepass::ViewPrepassTextures,
@@ -41,6 +43,7 @@ pub(crate) struct SurfacePlugin;
 impl Plugin for SurfacePlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "surface.wgsl");
+        app.add_plugins(depth::CameraDepthPlugin);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
@@ -70,7 +73,7 @@ pub(crate) fn init_surface_layout(mut commands: Commands) {
     )));
 }
 
-fn prepare_surfaces(
+pub(crate) fn prepare_surfaces(
     mut commands: Commands,
     views: Query<(
         Entity,

@@ -10,8 +10,8 @@
 //!
 //! Workgroups of 8x8, one thread per gathered pixel. Bind groups:
 //! 0 the camera's surfaces (`bevy_gi::surface`), 1 the scene (`bevy_gi::scene::bindings`), 2 the
-//! technique's cache, 3 input and output (`bevy_gi::apply::gather`, which also offers
-//! `volume_weight` and `store`). It writes radiances in nits: `E / pi` for diffuse light, and the
+//! technique's cache, 3 input and output (`bevy_gi::apply::gather`, which offers
+//! `begin` and `store`). It writes radiances in nits: `E / pi` for diffuse light, and the
 //! radiance along the mirror direction, averaged over the lobe, for specular light.
 //!
 //! # The export shader
@@ -20,6 +20,7 @@
 //! (`bevy_gi::apply::export`, which offers `exported_side` and `store`), 1 the scene, 2 the cache. It
 //! writes `E / pi` in nits.
 
+pub mod hints;
 pub mod vct;
 
 use bevy::{
@@ -58,8 +59,11 @@ pub(crate) trait Technique: Send + Sync + 'static {
 
 /// On a volume's entity in the render world while its cache still changes: what cameras remember of
 /// past frames is then worth less.
-#[derive(Component, Clone, Copy, Debug, Default)]
-pub(crate) struct Settling;
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Settling {
+    /// Most past frames that a camera mixes in meanwhile: as few as the noise of the gather allows.
+    pub history_frames: u32,
+}
 
 /// What the gather needs of a technique's cache.
 pub(crate) trait TechniqueCache {

@@ -13,7 +13,7 @@ use crate::{
         headless::Headless,
         scenes::cornell,
     },
-    support::{app, assert_sane, camera, settle, show, spawn_cornell},
+    support::{app, assert_sane, camera, choose, settle, show, spawn_cornell},
 };
 
 const SIZE: UVec2 = UVec2::new(320, 184);
@@ -29,8 +29,8 @@ fn cornell_box() -> (Headless, Handle<Image>) {
 /// `tests/truth/cornell.exr`, made by `cornell.py` beside it with Mitsuba 3: indirect light, means
 /// of 8x8 pixels, nits.
 fn truth() -> Blocks {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/truth/cornell.exr");
-    let picture = read_exr(Path::new(path)).expect("the truth is in the repository");
+    let picture =
+        read_exr(Path::new("tests/truth/cornell.exr")).expect("the truth is in the repository");
     let values = picture.pixels.iter().map(|[r, g, b, _]| [*r, *g, *b]);
     Blocks {
         size: picture.size,
@@ -38,9 +38,10 @@ fn truth() -> Blocks {
     }
 }
 
-#[test]
-fn indirect_light_agrees_with_the_path_tracer() {
+/// Mean of a technique's indirect light over that of the truth, and relative RMSE.
+fn errors(technique: GiTechnique) -> [f32; 2] {
     let (mut headless, target) = cornell_box();
+    choose(&mut headless, technique);
     show(&mut headless, GiView::Indirect);
     settle(&mut headless, 60);
     let picture = headless.picture(&target);
@@ -53,25 +54,43 @@ fn indirect_light_agrees_with_the_path_tracer() {
     }
     let errors = Errors::new(&ours, &truth).expect("the pictures are of one size");
     let (ratio, rmse) = (errors.mean_ratio, errors.relative_rmse);
-    println!("cornell: mean indirect / truth {ratio:.3}, relative RMSE {rmse:.3}");
-    // The bounds of the project's quality goals for its first technique.
+    println!("cornell, {technique:?}: mean indirect / truth {ratio:.3}, relative RMSE {rmse:.3}");
+    [ratio, rmse]
+}
+
+// The bounds are those of the project's quality goals for each technique.
+
+#[test]
+fn indirect_light_agrees_with_the_path_tracer() {
+    let [ratio, rmse] = errors(GiTechnique::VoxelConeTracing);
     assert!((ratio - 1.0).abs() < 0.15, "mean {ratio} of the truth");
     assert!(rmse < 0.35, "relative RMSE {rmse}");
 }
 
 #[test]
+fn light_of_hints_agrees_with_the_path_tracer() {
+    let [ratio, rmse] = errors(GiTechnique::RadianceHints);
+    assert!((ratio - 1.0).abs() < 0.05, "mean {ratio} of the truth");
+    assert!(rmse < 0.25, "relative RMSE {rmse}");
+}
+
+#[test]
 fn two_runs_give_the_same_bytes() {
-    let run = || {
+    let run = |technique| {
         let (mut headless, target) = cornell_box();
+        choose(&mut headless, technique);
         settle(&mut headless, 20);
         headless.picture(&target).pixels
     };
-    let (a, b) = (run(), run());
-    assert!(a.iter().any(|p| luminance(p) > 0.0));
     let bits = |pixels: &[[f32; 4]]| -> Vec<u32> {
         pixels.iter().flatten().map(|c| c.to_bits()).collect()
     };
-    assert!(bits(&a) == bits(&b), "the pictures of two runs differ");
+    for technique in [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints] {
+        let (a, b) = (run(technique), run(technique));
+        assert!(a.iter().any(|p| luminance(p) > 0.0));
+        let same = bits(&a) == bits(&b);
+        assert!(same, "the pictures of two runs with {technique:?} differ");
+    }
 }
 
 #[test]
@@ -116,9 +135,9 @@ fn every_view_is_finite_and_not_negative() {
 }
 
 /// In a still scene, nothing is captured or lit again: those passes report no new time.
-#[test]
-fn a_still_scene_costs_only_the_gather() {
+fn check_rest(technique: GiTechnique) {
     let (mut headless, _target) = cornell_box();
+    choose(&mut headless, technique);
     settle(&mut headless, 60);
     let measured = |headless: &Headless| -> std::collections::BTreeMap<String, u64> {
         headless
@@ -143,8 +162,18 @@ fn a_still_scene_costs_only_the_gather() {
                 "{path} ran {age} ms ago, within the last 8 frames"
             );
         }
-        if path.contains("gi/vct/gather") {
+        if path.contains(&format!("gi/{}/gather", technique.name())) {
             assert!(age <= spent, "the gather runs each frame");
         }
     }
+}
+
+#[test]
+fn a_still_scene_costs_only_the_gather() {
+    check_rest(GiTechnique::VoxelConeTracing);
+}
+
+#[test]
+fn a_still_scene_costs_only_the_gather_of_hints() {
+    check_rest(GiTechnique::RadianceHints);
 }

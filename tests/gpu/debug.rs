@@ -1,14 +1,14 @@
 //! Debug views: each draws something, and what it draws is what it says.
 
 use bevy::{diagnostic::DiagnosticsStore, prelude::*};
-use bevy_gi::{GiSlice, GiStatistics, GiView, prelude::*};
+use bevy_gi::{GiSlice, GiStatistics, GiView, HintView, prelude::*};
 
 use crate::{
     common::{
         headless::{Headless, Picture},
         scenes::stage::diffuse,
     },
-    support::{app, assert_sane, camera, material, room, settle},
+    support::{app, assert_sane, camera, choose, material, room, settle},
 };
 
 /// A white room with one red wall behind, a lamp, and a camera that looks at that wall.
@@ -134,6 +134,24 @@ fn views_show_what_they_say() {
     assert!(bright > 96 * 64 / 4, "shadow maps: {bright} pixels");
 }
 
+/// Surfaces in voxels are the scene's: they are there for every technique.
+#[test]
+fn voxels_are_shown_with_any_technique() {
+    let (mut headless, target) = scene();
+    let mut shown = |technique| {
+        let world = headless.app.world_mut();
+        world.resource_mut::<GiSettings>().technique = technique;
+        headless.steps(8);
+        show(&mut headless, &target, |debug| {
+            debug.view = GiView::VoxelAlbedo
+        })
+    };
+    let with_cones = shown(GiTechnique::VoxelConeTracing);
+    let with_hints = shown(GiTechnique::RadianceHints);
+    assert!(center(&with_hints).x > 0.4, "{}", center(&with_hints));
+    assert_eq!(with_cones.pixels, with_hints.pixels);
+}
+
 /// A cut through a volume, at any level: occupied cells are shown, empty ones are dark.
 #[test]
 fn slices_cut_at_every_level() {
@@ -180,6 +198,73 @@ fn probes_and_volumes_are_drawn_into_the_picture() {
     assert!(changed > 30, "{changed} pixels show lines");
     let again = show(&mut headless, &target, |debug| debug.show_volumes = false);
     assert!(differs(&plain, &again) < 30, "the spheres stay");
+}
+
+/// Hints as spheres, in parts of their light and as numbers; what is picked, its taps, and its samples in the maps.
+#[test]
+fn hints_show_what_they_are_made_of() {
+    let (mut headless, target) = scene();
+    choose(&mut headless, GiTechnique::RadianceHints);
+    settle(&mut headless, 24);
+    let plain = show(&mut headless, &target, |_| {});
+    // Brightness of the pixels that differ from the picture without, and how many those are.
+    let mut spheres = |change: &dyn Fn(&mut GiDebugSettings)| {
+        let picture = show(&mut headless, &target, |debug| change(debug));
+        let pairs = picture.pixels.iter().zip(&plain.pixels);
+        let differs = pairs.filter(|(a, b)| {
+            let apart = (0..3).map(|c| (a[c] - b[c]).abs() / b[c].max(1e-3));
+            apart.fold(0.0, f32::max) > 0.1
+        });
+        let sums = differs.map(|(a, _)| Vec3::from_slice(&a[..3]));
+        let (sum, count) = sums.fold((Vec3::ZERO, 0), |(sum, n), p| (sum + p, n + 1));
+        (sum / count.max(1) as f32, count)
+    };
+    let (light, many) = spheres(&|debug| {
+        debug.show_hints = true;
+        // The layer in the middle of the room.
+        debug.slice = GiSlice::Z;
+        debug.slice_at = 0.5;
+    });
+    assert!(many > 100, "{many} pixels of spheres");
+    let mut part = |hint_view| spheres(&|debug| debug.hint_view = hint_view).0;
+    let first = part(HintView::FirstBounce);
+    let second = part(HintView::SecondBounce);
+    assert!(part(HintView::Emission).max_element() < 1e-3);
+    let sum = first + second;
+    println!("{light} of all, {first} first and {second} second bounce");
+    assert!(
+        (sum / light - 1.0).abs().max_element() < 0.1,
+        "{sum}, not {light}"
+    );
+    // Numbers are numbers, whatever the exposure.
+    let (nearest, farthest) = (part(HintView::Nearest), part(HintView::Farthest));
+    assert!(nearest.max_element() < farthest.max_element() && farthest.max_element() <= 1.0);
+    let confidence = part(HintView::Confidence);
+    assert!(
+        (nearest + confidence - 1.0).abs().max_element() < 0.1,
+        "{confidence}"
+    );
+    let seen = part(HintView::Visibility);
+    assert!((0.0..=1.0).contains(&seen.x), "{seen}");
+
+    let (_, taps) = spheres(&|debug| {
+        debug.show_hints = false;
+        debug.show_taps = true;
+        debug.pick_from = Vec3::new(0.0, 0.0, 1.8);
+        debug.pick_to = Vec3::new(0.0, -0.5, -1.0);
+    });
+    assert!((4..600).contains(&taps), "{taps} pixels of taps");
+    let mut marks = |show_samples| {
+        let picture = show(&mut headless, &target, |debug| {
+            debug.show_taps = false;
+            debug.show_samples = show_samples;
+            debug.view = GiView::RsmDepth;
+        });
+        let marks = picture.pixels.iter();
+        marks.filter(|p| p[0] > 0.9 && p[1] < 0.2).count()
+    };
+    assert_eq!(marks(false), 0);
+    assert!(marks(true) > 20, "samples are marked");
 }
 
 /// Freezing keeps the voxels, whatever moves.

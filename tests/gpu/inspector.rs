@@ -237,13 +237,16 @@ fn settings_survive_a_file() {
         GiView::VoxelNormal
     );
     // What a file does not have is left as it is, what it does not know changes nothing.
-    from_ron(world, r#"{"GiSettings": (history_frames: 5)}"#).expect("a part is enough");
+    from_ron(
+        world,
+        r#"{"Nothing": (), "GiSettings": (history_frames: 5)}"#,
+    )
+    .expect("a part is enough, and what other apps have is left out");
     assert_eq!(world.resource::<GiSettings>().history_frames, 5);
     assert_eq!(world.resource::<VoxelConeTracingSettings>().cones, 9);
     for bad in [
         "",
         "{",
-        r#"{"Nothing": ()}"#,
         r#"{"GiSettings": (nothing: 1)}"#,
         r#"{"GiSettings": (history_frames: "many")}"#,
     ] {

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_4, PI};
 
 use bevy::{color::palettes::css, prelude::*};
-use bevy_gi::prelude::*;
+use bevy_gi::{LightShare, prelude::*};
 
 use crate::{
     common::{
@@ -207,6 +207,45 @@ fn virtual_lights_have_the_colours_of_what_is_lit() {
     let differs = picture.pixels.iter().zip(&plain.pixels);
     let differs = differs.filter(|(a, b)| (a[0] - b[0]).abs() > 0.1 * b[0]);
     assert!(differs.count() > 100, "no spheres are seen");
+}
+
+/// A lamp beside one a hundred times as bright: by power it gets a hundredth of the virtual lights, evenly a half.
+/// Either way they carry all of the light.
+#[test]
+fn virtual_lights_are_shared_as_the_settings_say() {
+    let (mut headless, _) = closed_room([ALBEDO; 3]);
+    for (lumens, color) in [(10_000.0, css::RED), (100.0, css::LIME)] {
+        headless.app.world_mut().spawn((
+            PointLight {
+                intensity: lumens,
+                color: color.into(),
+                range: 1e4,
+                shadow_maps_enabled: true,
+                ..default()
+            },
+            Transform::from_xyz(0.3, 1.5, 0.2),
+        ));
+    }
+    let mut share = |light_share| {
+        headless
+            .app
+            .world_mut()
+            .resource_mut::<GiSettings>()
+            .light_share = light_share;
+        settle(&mut headless, 8);
+        let vpls = read_vpls(&mut headless);
+        let dim = vpls.iter().filter(|vpl| vpl.flux.y > vpl.flux.x).count();
+        (dim as f32 / vpls.len() as f32, total(&vpls))
+    };
+    let (by_power, all) = share(LightShare::Power);
+    let (evenly, as_well) = share(LightShare::Even);
+    println!(
+        "of the dim lamp: {by_power:.3} by power, {evenly:.3} evenly; {all:.1} and {as_well:.1} lm"
+    );
+    // Green looks 3.4 times as bright as red.
+    assert!((0.02..0.05).contains(&by_power), "{by_power}");
+    assert!((evenly - 0.5).abs() < 0.01, "{evenly}");
+    assert!((all / as_well - 1.0).abs() < 0.01, "{all} and {as_well}");
 }
 
 fn shown(

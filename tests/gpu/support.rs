@@ -7,8 +7,10 @@ use bevy::{
     render::{
         RenderApp,
         render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor, MapMode, PollType,
-            TextureFormat,
+            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
+            BufferDescriptor, BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor,
+            ComputePipelineDescriptor, MapMode, PipelineCache, PollType, ShaderStages,
+            TextureFormat, binding_types::storage_buffer_sized,
         },
         renderer::{RenderDevice, RenderQueue},
     },
@@ -25,7 +27,10 @@ use bevy_gi::{
 pub use crate::common::figures::{luminance, mean};
 use crate::common::{
     headless::{Headless, Picture, image_target},
-    scenes::{cornell, stage::Stage},
+    scenes::{
+        cornell,
+        stage::{Stage, diffuse},
+    },
 };
 
 /// With this exposure, a nit is 1 in the HDR target.
@@ -44,6 +49,12 @@ pub fn app() -> Headless {
                 ..default()
             });
     })
+}
+
+/// Lights everything with a technique.
+pub fn choose(headless: &mut Headless, technique: GiTechnique) {
+    let world = headless.app.world_mut();
+    world.resource_mut::<GiSettings>().technique = technique;
 }
 
 /// A camera whose picture is in nits.
@@ -100,6 +111,29 @@ pub fn room(
     material: &Handle<StandardMaterial>,
 ) {
     Stage(headless.app.world_mut()).room(min, max, wall, material);
+}
+
+/// A room of 4 m with a lamp and a volume in it, whose irradiance is seen from inside; with radiance hints.
+pub fn lit_room(albedo: [f32; 3], volume: impl Bundle) -> (Headless, Entity, Handle<Image>) {
+    let mut headless = app();
+    choose(&mut headless, GiTechnique::RadianceHints);
+    let walls = material(&mut headless, diffuse(albedo));
+    let half = Vec3::splat(2.0);
+    room(&mut headless, -half, half, 0.3, &walls);
+    let world = headless.app.world_mut();
+    world.spawn((
+        PointLight {
+            intensity: 3000.0,
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        Transform::from_xyz(0.0, 1.0, 0.5),
+    ));
+    let volume = world.spawn(volume).id();
+    show(&mut headless, GiView::Irradiance);
+    let eye = Vec3::new(0.0, 0.0, 1.8);
+    let (_, target) = camera(&mut headless, UVec2::new(48, 32), eye, Vec3::ZERO, 60.0);
+    (headless, volume, target)
 }
 
 pub fn material(headless: &mut Headless, material: StandardMaterial) -> Handle<StandardMaterial> {
@@ -170,7 +204,7 @@ impl Voxels {
 }
 
 /// The words of a buffer of the GPU.
-fn words(buffer: &Buffer, device: &RenderDevice, queue: &RenderQueue) -> Vec<u32> {
+pub fn words(buffer: &Buffer, device: &RenderDevice, queue: &RenderQueue) -> Vec<u32> {
     let staging = device.create_buffer(&BufferDescriptor {
         label: None,
         size: buffer.size(),
@@ -193,6 +227,65 @@ pub fn in_render_world<T>(
     headless.steps(1);
     let world = headless.app.sub_app(RenderApp).world();
     read(world)
+}
+
+/// What functions of the crate's shaders say: `code` imports them and has a function
+/// `value(i: u32) -> f32`, which is called for each `i` below `count`.
+pub fn evaluate(headless: &mut Headless, code: &str, count: u32) -> Vec<f32> {
+    let source = format!(
+        "{code}
+        @group(0) @binding(0) var<storage, read_write> out_: array<f32>;
+        @compute @workgroup_size(1)
+        fn main(@builtin(global_invocation_id) id: vec3<u32>) {{ out_[id.x] = value(id.x); }}"
+    );
+    let world = headless.app.world_mut();
+    let shader = Shader::from_wgsl(source, "evaluate.wgsl");
+    let shader = world.resource_mut::<Assets<Shader>>().add(shader);
+    let layout = BindGroupLayoutDescriptor::new(
+        "evaluate",
+        &BindGroupLayoutEntries::single(ShaderStages::COMPUTE, storage_buffer_sized(false, None)),
+    );
+    let pipeline = in_render_world(headless, |world| {
+        let cache = world.resource::<PipelineCache>();
+        Some(cache.queue_compute_pipeline(ComputePipelineDescriptor {
+            layout: vec![layout.clone()],
+            shader: shader.clone(),
+            entry_point: Some("main".into()),
+            ..default()
+        }))
+    });
+    let pipeline = pipeline.expect("a pipeline is queued");
+    for _ in 0..500 {
+        let values = in_render_world(headless, |world| {
+            let (device, queue) = (world.resource::<RenderDevice>(), world.resource());
+            let cache = world.resource::<PipelineCache>();
+            let compiled = cache.get_compute_pipeline(pipeline)?;
+            let buffer = device.create_buffer(&BufferDescriptor {
+                label: None,
+                size: 4 * u64::from(count),
+                usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            });
+            let group = device.create_bind_group(
+                "evaluate",
+                &cache.get_bind_group_layout(&layout),
+                &BindGroupEntries::single(buffer.as_entire_binding()),
+            );
+            let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+            pass.set_pipeline(compiled);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(count, 1, 1);
+            drop(pass);
+            let queue: &RenderQueue = queue;
+            queue.submit([encoder.finish()]);
+            Some(words(&buffer, device, queue))
+        });
+        if let Some(words) = values {
+            return words.into_iter().map(f32::from_bits).collect();
+        }
+    }
+    panic!("{:?}", headless.pipeline_errors());
 }
 
 /// A virtual point light.

@@ -1,15 +1,19 @@
 //! Calls of cargo, all with the same target directory and features, so that nothing is built twice.
 
 use std::{
+    collections::BTreeMap,
     path::{Path, PathBuf},
-    process::Command,
+    process::{Command, Stdio},
 };
 
 use anyhow::{Result, bail};
 
 /// The repository.
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    // As cargo says now: a program compiled in another checkout would name that one.
+    let xtask = std::env::var_os("CARGO_MANIFEST_DIR");
+    let xtask = xtask.unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
+    Path::new(&xtask)
         .parent()
         .expect("xtask lies in the repository")
         .into()
@@ -31,15 +35,20 @@ fn target_dir() -> PathBuf {
 
 /// `cargo` with arguments, in the repository.
 pub fn cargo(arguments: &[&str]) -> Result<()> {
-    let status = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(arguments)
-        .current_dir(root())
-        .env("CARGO_TARGET_DIR", target_dir())
-        .status()?;
+    let status = command(arguments).status()?;
     if !status.success() {
         bail!("cargo {} failed", arguments.join(" "));
     }
     Ok(())
+}
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command
+        .args(arguments)
+        .current_dir(root())
+        .env("CARGO_TARGET_DIR", target_dir());
+    command
 }
 
 /// An example, built by [`cargo`].
@@ -52,7 +61,7 @@ pub fn example_of(profile: &str, name: &str) -> PathBuf {
     target_dir().join(profile).join("examples").join(name)
 }
 
-/// All tests. GPU tests share one adapter and one process: one thread.
+/// All tests, or those whose name contains `filter`.
 pub fn test(filter: Option<&str>) -> Result<()> {
     // One package at a time: together, their features would add up, and all of Bevy be built again.
     let package = |name: &str| {
@@ -61,6 +70,46 @@ pub fn test(filter: Option<&str>) -> Result<()> {
         arguments.extend(["--", "--test-threads=1"]);
         cargo(&arguments)
     };
-    package("xtask")?;
-    package("bevy_gi")
+    let results = [
+        package("xtask"),
+        package("bevy_gi"),
+        rendering_tests(filter),
+    ];
+    results.into_iter().collect()
+}
+
+/// The tests of `tests/gpu.rs`, one at a time, each module in its own process: Mesa's software driver
+/// keeps memory mappings of every pipeline it has compiled, and a process may have 65 530 of them.
+fn rendering_tests(filter: Option<&str>) -> Result<()> {
+    const GPU: [&str; 6] = ["test", "--release", "--package", "bevy_gi", "--test", "gpu"];
+    let mut list = vec!["--", "--list", "--format=terse"];
+    list.extend(filter);
+    let listed = command(&[&GPU[..], &list].concat())
+        .stderr(Stdio::inherit())
+        .output()?;
+    if !listed.status.success() {
+        bail!("cargo cannot build the rendering tests");
+    }
+
+    let listed = String::from_utf8(listed.stdout)?;
+    let names = listed
+        .lines()
+        .filter_map(|line| line.strip_suffix(": test"));
+    let mut modules = BTreeMap::<&str, Vec<&str>>::new();
+    for name in names {
+        let module = name.split("::").next().unwrap_or(name);
+        modules.entry(module).or_default().push(name);
+    }
+    let mut failed = Vec::new();
+    for (module, names) in modules {
+        let one_by_one = ["--", "--test-threads=1", "--exact"];
+        if let Err(error) = cargo(&[&GPU[..], &one_by_one, &names].concat()) {
+            eprintln!("{error}");
+            failed.push(module);
+        }
+    }
+    if !failed.is_empty() {
+        bail!("rendering tests failed: {}", failed.join(", "));
+    }
+    Ok(())
 }

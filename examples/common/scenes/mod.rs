@@ -1,5 +1,6 @@
 //! Bundled scenes, one module each. None is made for one technique.
 
+pub mod cellar;
 pub mod cornell;
 pub mod cornell_area;
 pub mod emissive;
@@ -83,7 +84,7 @@ pub enum Content {
 }
 
 /// All bundled scenes.
-pub const ALL: [Scene; 13] = [
+pub const ALL: [Scene; 14] = [
     cornell::SCENE,
     cornell_area::SCENE,
     two_rooms::SCENE,
@@ -91,6 +92,7 @@ pub const ALL: [Scene; 13] = [
     sky_court::SCENE,
     emissive::SCENE,
     spot_window::SCENE,
+    cellar::SCENE,
     glossy_floor::SCENE,
     foliage::SCENE,
     furnace::SCENE,

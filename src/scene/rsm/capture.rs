@@ -97,6 +97,7 @@ impl RsmMap {
         };
         GpuRsmMap {
             color: self.gpu.color,
+            light: self.gpu.light,
             drawn: (self.draw_now || self.drawn.is_some()).into(),
             ..shown
         }
@@ -107,6 +108,7 @@ impl RsmMap {
         Drawn {
             gpu: GpuRsmMap {
                 color: Vec3::ZERO,
+                light: 0,
                 drawn: 0,
                 ..self.gpu
             },
@@ -116,7 +118,7 @@ impl RsmMap {
 }
 
 /// A map as shaders see it.
-fn gpu_map(light: &SceneLight, view: &MapView, size: u32) -> GpuRsmMap {
+fn gpu_map(light: &SceneLight, number: usize, view: &MapView, size: u32) -> GpuRsmMap {
     let clip_from_world = view.clip_from_world();
     let texels = (size * size) as f32;
     // Width of the view over its depth, or the width itself: both are in the projection's first column.
@@ -138,6 +140,7 @@ fn gpu_map(light: &SceneLight, view: &MapView, size: u32) -> GpuRsmMap {
         cos_inner: gpu.cos_inner,
         cos_outer: gpu.cos_outer,
         drawn: 0,
+        light: number as u32,
     }
 }
 
@@ -164,7 +167,7 @@ pub(crate) fn extract_rsm_views(
     let mut maps = Vec::new();
     let mut wanted = Vec::new();
     if let (Some(volumes), Some(casting), true) = (volumes, casting, needs.rsm) {
-        for light in &lights.lights {
+        for (number, light) in lights.lights.iter().enumerate() {
             let reach = Aabb3d::new(light.gpu.position, Vec3::splat(light.gpu.range));
             let unbounded = light.gpu.kind == LightKind::Directional as u32;
             // What a lamp cannot reach, it does not light: then it has no maps.
@@ -184,7 +187,7 @@ pub(crate) fn extract_rsm_views(
             let content = SceneCasters::content(reached());
             for (face, view) in views.into_iter().enumerate() {
                 let face = face as u32;
-                let gpu = gpu_map(light, &view, size);
+                let gpu = gpu_map(light, number, &view, size);
                 if gpu.world_from_clip.is_finite() && gpu.world_from_clip != Mat4::ZERO {
                     maps.push(RsmMap {
                         light: light.entity,

@@ -18,7 +18,7 @@
 //!
 //! | word | content |
 //! |---|---|
-//! | 0 | albedo times the part of the light that arrives, over [`flux_scale`](types::GpuRsmMap), `rgb9e5` |
+//! | 0 | albedo times the part of the light that arrives, over `flux_scale`, `rgb9e5` |
 //! | 1 | normal, octahedral 2 x 12 bit; 1 in the top byte where there is a surface |
 //! | 2 | depth, as the map's matrix has it, `f32` |
 //! | 3 | albedo, `rgba8unorm` |
@@ -33,7 +33,7 @@
 //! The luminous flux of all texels is summed up into a mip chain, down to one texel a map. From its top,
 //! each virtual point light finds a texel with a probability in proportion to its flux (hierarchical
 //! sample warping, Clarberg et al. 2005): all of them carry the same luminous flux, dark and unlit
-//! texels get none.
+//! texels get none. With [`LightShare::Even`](crate::LightShare::Even), each light gets the same number first.
 
 mod capture;
 mod node;

@@ -24,6 +24,7 @@ use crate::{
         capture::{CapturePhases, CaptureViews},
         lights,
     },
+    settings::LightShare,
 };
 
 const NAME: &str = "gi/scene/rsm";
@@ -53,7 +54,12 @@ pub(crate) struct RsmLayout(pub BindGroupLayoutDescriptor);
 
 /// Constants of the shaders.
 pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
-    lights::shader_defs().into()
+    let mut defs = Vec::from(lights::shader_defs());
+    defs.push(ShaderDefVal::UInt(
+        "SHARE_EVEN".into(),
+        LightShare::Even as u32,
+    ));
+    defs
 }
 
 /// The layout of [`RsmLayout`].

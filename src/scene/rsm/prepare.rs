@@ -21,7 +21,7 @@ use super::{
 use crate::{
     gpu::statistics::{GiStatistics, Tracked},
     scene::capture::{CaptureQueue, CaptureViews},
-    settings::GiSettings,
+    settings::{GiSettings, LightShare},
 };
 
 /// All reflective shadow maps, in the render world. See the [module](super) for their layout.
@@ -36,8 +36,10 @@ pub struct SceneRsm {
     pub(crate) bind_group: Option<BindGroup>,
     /// Grows whenever texels or virtual point lights have changed.
     pub version: u64,
-    /// The maps as they are on the GPU.
+    /// The maps as they are on the GPU,
     written: Vec<GpuRsmMap>,
+    /// and how lights share the virtual point lights.
+    share: LightShare,
     /// Whether that has changed this frame.
     stale: bool,
     pub(super) job: Option<RsmJob>,
@@ -248,7 +250,8 @@ pub(super) fn prepare_maps(
     }
     let shown: Vec<_> = rsm.maps.iter().map(RsmMap::shown).collect();
     let drawing = rsm.maps.iter().any(|map| map.draw_now);
-    rsm.stale = drawing || shown != rsm.written;
+    rsm.stale = drawing || shown != rsm.written || rsm.share != settings.light_share;
+    rsm.share = settings.light_share;
     if !rsm.stale {
         return;
     }
@@ -334,6 +337,7 @@ pub(crate) fn prepare_bind_groups(
         .collect();
     let mut uniform = UniformBuffer::from(GpuVpls {
         count: textures.vpl_count,
+        share: rsm.share as u32,
     });
     uniform.write_buffer(&device, &queue);
     let vpls = device.create_bind_group(

@@ -32,6 +32,8 @@ pub struct GpuRsmMap {
     pub cos_outer: f32,
     /// Whether it shows anything yet.
     pub drawn: u32,
+    /// Number of its light; the maps of a light follow each other.
+    pub light: u32,
 }
 
 /// The buffer of all maps.
@@ -67,4 +69,6 @@ pub struct GpuRsmResolve {
 pub struct GpuVpls {
     /// Virtual point lights, a power of two.
     pub count: u32,
+    /// A [`LightShare`](crate::LightShare).
+    pub share: u32,
 }

@@ -19,6 +19,7 @@ struct RsmMap {
     cos_inner: f32,
     cos_outer: f32,
     drawn: u32,
+    light: u32,
 }
 
 struct RsmMaps {
@@ -41,6 +42,15 @@ struct RsmTexel {
     // Reflected, lumens.
     flux: vec3<f32>,
     albedo: vec3<f32>,
+}
+
+const LUMINANCE: vec3<f32> = vec3(0.2126, 0.7152, 0.0722);
+
+// Luminous flux of what the surfaces in a map reflect, lumens, from the top of its mip chain: its light's colour is
+// not yet in the texture.
+fn luminous_flux(map: RsmMap, layer: u32, flux: texture_2d_array<f32>) -> f32 {
+    let top = textureLoad(flux, vec2(0), i32(layer), i32(firstTrailingBit(map.size))).x;
+    return select(0.0, top * dot(map.color, LUMINANCE), map.drawn != 0u);
 }
 
 // World position of a point of a map.

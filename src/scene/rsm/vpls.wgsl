@@ -1,13 +1,16 @@
-// Virtual point lights: each finds a texel with a probability in proportion to its luminous flux.
+// Virtual point lights: each finds a texel with a probability in proportion to its luminous flux, among those of
+// all lights or of its own.
 
-#import bevy_gi::scene::rsm::types::{RsmMap, RsmMaps, Vpl, texel_area, unpack_rsm}
+#import bevy_gi::scene::rsm::types::{
+    LUMINANCE, RsmMap, RsmMaps, Vpl, luminous_flux, texel_area, unpack_rsm,
+}
 
 struct Vpls {
     count: u32,
+    share: u32,
 }
 
 const PI: f32 = 3.14159265359;
-const LUMINANCE: vec3<f32> = vec3(0.2126, 0.7152, 0.0722);
 
 @group(0) @binding(0) var<uniform> vpls_: Vpls;
 @group(0) @binding(1) var<storage, read> maps: RsmMaps;
@@ -15,10 +18,21 @@ const LUMINANCE: vec3<f32> = vec3(0.2126, 0.7152, 0.0722);
 @group(0) @binding(3) var flux: texture_2d_array<f32>;
 @group(0) @binding(4) var<storage, read_write> vpls: array<Vpl>;
 
-// Flux of a whole map, lumens: its light's colour is not yet in the texture.
-fn map_flux(map: RsmMap, layer: u32) -> f32 {
-    let top = textureLoad(flux, vec2(0), i32(layer), i32(firstTrailingBit(map.size))).x;
-    return select(0.0, top * dot(map.color, LUMINANCE), map.drawn != 0u);
+fn map_flux(layer: u32) -> f32 {
+    return luminous_flux(maps.array[layer], layer, flux);
+}
+
+// Flux of all maps of a light, if `layer` is the first of them; of the others `before`.
+fn light_flux(layer: u32, before: f32) -> f32 {
+    let light = maps.array[layer].light;
+    if layer > 0u && maps.array[layer - 1u].light == light {
+        return before;
+    }
+    var sum = 0.0;
+    for (var i = layer; i < maps.count && maps.array[i].light == light; i++) {
+        sum += map_flux(i);
+    }
+    return max(sum, 1e-20);
 }
 
 @compute @workgroup_size(64)
@@ -27,9 +41,15 @@ fn choose(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     var none: Vpl;
+    let even = vpls_.share == #{SHARE_EVEN}u;
+    // Lights weigh the same, or what they weigh is their flux.
+    var unit = 1.0;
     var total = 0.0;
     for (var i = 0u; i < maps.count; i++) {
-        total += map_flux(maps.array[i], i);
+        if even {
+            unit = light_flux(i, unit);
+        }
+        total += map_flux(i) / unit;
     }
     if !(total > 0.0) {
         vpls[id.x] = none;
@@ -40,13 +60,17 @@ fn choose(@builtin(global_invocation_id) id: vec3<u32>) {
     let share = (reverseBits(id.x) >> (countLeadingZeros(vpls_.count) + 1u)) % vpls_.count;
     var rest = (f32(share) + 0.5) / f32(vpls_.count) * total;
     var layer = 0u;
-    for (; layer + 1u < maps.count; layer++) {
-        let here = map_flux(maps.array[layer], layer);
-        if rest < here {
+    for (; layer < maps.count; layer++) {
+        if even {
+            unit = light_flux(layer, unit);
+        }
+        let here = map_flux(layer) / unit;
+        if rest < here || layer + 1u == maps.count {
             break;
         }
         rest -= here;
     }
+    rest *= unit;
     let map = maps.array[layer];
     // Down the levels: into the quarter where the rest lies.
     rest /= max(dot(map.color, LUMINANCE), 1e-20);
@@ -75,8 +99,8 @@ fn choose(@builtin(global_invocation_id) id: vec3<u32>) {
         vpls[id.x] = none;
         return;
     }
-    // All carry the same: what the texel's probability took away, its weight gives back.
-    let carried = total / f32(vpls_.count);
+    // All, or all of a light, carry the same: what the texel's probability took away, its weight gives back.
+    let carried = total * unit / f32(vpls_.count);
     var vpl: Vpl;
     vpl.position = texel.position;
     vpl.flux = texel.flux * (carried / luminous);

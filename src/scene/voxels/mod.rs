@@ -30,6 +30,8 @@
 //! | 1 | normal, octahedral 2 x 12 bit; flags in the top byte: 1 = surface, 2 = two-sided |
 //! | 2 | emission, `rgb9e5`, nits / 64 |
 //!
+//! A second buffer has a bit per voxel of the pool, for rays ([`trace.wgsl`](self)).
+//!
 //! Both sides of a wall thinner than a voxel fall into the same voxel; it is then *two-sided*, and
 //! lit on each side by itself.
 
@@ -37,6 +39,7 @@ mod node;
 mod prepare;
 mod types;
 
+pub(crate) use node::voxelize;
 pub use prepare::SceneVoxels;
 pub(crate) use types::{BRICK_VOXELS, SLICES, argument, shader_defs};
 pub use types::{SUPERSAMPLING, WORDS};
@@ -61,6 +64,7 @@ impl Plugin for VoxelsPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "types.wgsl");
         load_shader_library!(app, "splat.wgsl");
+        load_shader_library!(app, "trace.wgsl");
         embedded_asset!(app, "voxelize.wgsl");
         embedded_asset!(app, "voxelize_unknown.wgsl");
         embedded_asset!(app, "allocate.wgsl");

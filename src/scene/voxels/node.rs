@@ -204,6 +204,7 @@ pub(crate) fn init_voxel_pipelines(
                 storage_buffer_read_only_sized(false, None),
                 storage_buffer_sized(false, None),
                 storage_buffer_sized(false, None),
+                storage_buffer_sized(false, None),
             ),
         ),
     );
@@ -277,6 +278,7 @@ pub(crate) fn voxelize(
         let encoder = ctx.command_encoder();
         encoder.clear_buffer(voxels.brick_map(), 0, None);
         encoder.clear_buffer(&voxels.pool, 0, None);
+        encoder.clear_buffer(&voxels.occupancy, 0, None);
         encoder.clear_buffer(&voxels.counters, 0, None);
 
         let draw = |ctx: &mut RenderContext, name: &'static str, step: usize| {

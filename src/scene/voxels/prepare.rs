@@ -59,6 +59,8 @@ pub struct SceneVoxels {
     pub(crate) previous_grid: Grid,
     /// The records of the voxels.
     pub(crate) pool: Tracked<Buffer>,
+    /// 64 bits per slot: which voxels have a surface.
+    pub(crate) occupancy: Tracked<Buffer>,
     /// Index of the brick in each slot.
     pub(crate) brick_list: Tracked<Buffer>,
     /// `slot * 64 + index in the brick` of each voxel with a surface, by slice.
@@ -311,6 +313,7 @@ impl SceneVoxels {
                 voxels * u64::from(WORDS),
                 BufferUsages::COPY_SRC,
             ),
+            occupancy: buffer("scene/voxels/occupancy", 2 * capacity, none),
             brick_list: buffer("scene/voxels/brick_list", capacity, none),
             voxel_list: buffer("scene/voxels/voxel_list", voxels, none),
             counters: buffer(
@@ -426,6 +429,7 @@ impl SceneVoxels {
                     self.brick_list.as_entire_binding(),
                     self.counters.as_entire_binding(),
                     self.voxel_list.as_entire_binding(),
+                    self.occupancy.as_entire_binding(),
                 )),
             ),
             targets,

@@ -10,6 +10,7 @@
 @group(0) @binding(2) var<storage, read> brick_list: array<u32>;
 @group(0) @binding(3) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read_write> voxel_list: array<u32>;
+@group(0) @binding(5) var<storage, read_write> occupancy: array<atomic<u32>>;
 
 // Word of the record that says whether there is a surface, for `list`.
 fn record(slot: u32, local: u32) -> u32 {
@@ -90,4 +91,5 @@ fn list(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let slice = brick_slice(brick_coords(brick_list[slot], voxelize.volume.dims));
     let i = atomicAdd(&counters[#{COUNTER_SLICE_CURSOR}u + slice], 1u);
     voxel_list[i] = slot * BRICK_VOXELS + local;
+    atomicOr(&occupancy[2u * slot + local / 32u], 1u << (local % 32u));
 }

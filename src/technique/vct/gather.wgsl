@@ -1,26 +1,18 @@
 // Indirect light of each gathered pixel.
 
-#import bevy_gi::apply::gather::{gather, gathered_pixel, store, volume_weight}
+#import bevy_gi::apply::gather::{begin, gather, store}
 #import bevy_gi::gpu::random::{advance, gradient_noise}
-#import bevy_gi::surface::{Surface, load_surface, specular_matters}
+#import bevy_gi::surface::specular_matters
 #import bevy_gi::technique::vct::bindings::cones
 #import bevy_gi::technique::vct::lookup::{diffuse_cones, specular_cone}
 
 @compute @workgroup_size(8, 8)
 fn gather_vct(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= gather.size) {
+    let pixel = begin(id.xy);
+    if !pixel.exists {
         return;
     }
-    let surface = load_surface(gathered_pixel(id.xy));
-    if !surface.exists {
-        store(id.xy, 0.0, vec3(0.0), vec3(0.0));
-        return;
-    }
-    let weight = volume_weight(surface.position);
-    if weight <= 0.0 {
-        store(id.xy, 0.0, vec3(0.0), vec3(0.0));
-        return;
-    }
+    let surface = pixel.surface;
     let noise = gradient_noise(vec2<f32>(id.xy));
     let random = advance(vec2(noise, fract(noise * 7.31)), gather.frame);
     let turn = random.x;
@@ -32,5 +24,5 @@ fn gather_vct(@builtin(global_invocation_id) id: vec3<u32>) {
         let mirror = reflect(-surface.to_eye, surface.normal);
         specular = specular_cone(surface.position, surface.normal, mirror, surface.roughness, jitter, with_sky);
     }
-    store(id.xy, weight, diffuse.radiance, specular);
+    store(id.xy, pixel.weight, diffuse.radiance, specular);
 }

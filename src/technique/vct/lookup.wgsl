@@ -1,6 +1,7 @@
 // The only door to the radiance cache: cones through it.
 #define_import_path bevy_gi::technique::vct::lookup
 
+#import bevy_gi::gpu::basis::orthonormal
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::scene::bindings::volume
 #import bevy_gi::scene::sky::sky_radiance
@@ -103,18 +104,6 @@ fn trace_cone(cone: Cone) -> vec4<f32> {
 fn step_opacity(cell: f32, level: f32) -> f32 {
     let density = select(cones.density, cones.finest_density, level < 0.5);
     return 1.0 - pow(1.0 - clamp(cell, 0.0, 0.999), cones.step * density);
-}
-
-fn orthonormal(n: vec3<f32>) -> mat3x3<f32> {
-    // Duff et al. 2017, "Building an orthonormal basis, revisited".
-    let s = select(-1.0, 1.0, n.z >= 0.0);
-    let a = -1.0 / (s + n.z);
-    let b = n.x * n.y * a;
-    return mat3x3(
-        vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x),
-        vec3(b, s + n.y * n.y * a, -n.y),
-        n,
-    );
 }
 
 // Direction of diffuse cone `i` of `count` around +z, turned by `turn` in 0..1.

@@ -76,6 +76,7 @@ impl Technique for VoxelConeTracing {
         voxels: true,
         shadows: true,
         rsm: false,
+        probes: false,
     };
     type Cache = VctCache;
 
@@ -111,7 +112,7 @@ impl Plugin for VoxelConeTracingPlugin {
         embedded_asset!(app, "export.wgsl");
         app.add_plugins((
             SettingsResourcePlugin::<VoxelConeTracingSettings>::default(),
-            debug::VoxelViewPlugin,
+            debug::CellsViewPlugin,
         ));
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;

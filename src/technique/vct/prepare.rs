@@ -26,6 +26,9 @@ use crate::{
     technique::{Settling, TechniqueCache},
 };
 
+/// Cones are turned in each frame, and a few frames must be averaged.
+const SETTLING: Settling = Settling { history_frames: 8 };
+
 /// Everything whose change makes the cache wrong.
 #[derive(Clone, PartialEq)]
 struct Content {
@@ -136,7 +139,7 @@ pub(crate) fn prepare_vct(
         );
         let mut volume = commands.entity(entity);
         match vct.job {
-            Some(_) => volume.insert(Settling),
+            Some(_) => volume.insert(SETTLING),
             None => volume.remove::<Settling>(),
         };
     }

@@ -1,0 +1,225 @@
+//! The axes of Papaioannou 2011, figure 10 and table 2: what radiance hints cost over each of their parameters,
+//! the others held.
+
+use std::fmt::Write;
+
+use bevy::prelude::*;
+use bevy_gi::{GiStatistics, ShOrder, prelude::*};
+
+use crate::{
+    Options,
+    common::{scenes::Scene, studio::Studio},
+    measure::{self, Situation},
+    output,
+};
+
+/// A point on an axis.
+#[derive(serde::Serialize)]
+pub struct Point {
+    pub scene: String,
+    pub axis: &'static str,
+    pub value: String,
+    /// Number of hints.
+    pub hints: u64,
+    /// Milliseconds of a frame, still and while all lights change.
+    pub still_ms: f64,
+    pub lights_ms: f64,
+    /// Those of the paper's table 2 while all lights change: first bounce, later ones, reconstruction.
+    pub parts_ms: [f64; 3],
+}
+
+/// Our passes for the columns of the paper's table 2.
+const PARTS: [&[&str]; 3] = [
+    &["gi/hints/lights"],
+    &["gi/hints/exchange", "gi/hints/sum"],
+    &["gi/hints/gather", "gi/apply/composite"],
+];
+
+/// What is held while one parameter changes.
+#[derive(Clone, Copy)]
+struct Base {
+    grid: u32,
+    samples: u32,
+    order: ShOrder,
+    bounces: u32,
+    resolution: bevy_gi::GatherResolution,
+}
+
+/// That of the paper's figure.
+const FIGURE_10: Base = Base {
+    grid: 16,
+    samples: 28,
+    order: ShOrder::Two,
+    bounces: 2,
+    resolution: bevy_gi::GatherResolution::Full,
+};
+
+/// On a software driver, which has no clock for single passes: the gather would hide what so few hints cost.
+const SOFTWARE: Base = Base {
+    grid: 32,
+    samples: 112,
+    resolution: bevy_gi::GatherResolution::Quarter,
+    ..FIGURE_10
+};
+
+/// Totals of the paper's table 2 on a GeForce GTX 285, for scenes that are here in some form: hints along the longest
+/// side, samples, and milliseconds with order two and three.
+const TABLE_2: [(&str, u32, u32, [f64; 2]); 2] = [
+    ("cornell", 10, 60, [5.66, 10.05]),
+    ("sponza", 24, 30, [7.01, 12.95]),
+];
+
+/// Every point: its axis, its value, and the parameters.
+fn points(scene: &str, base: Base) -> Vec<(&'static str, String, Base)> {
+    use bevy_gi::GatherResolution::{Full, Half, Quarter};
+    let mut points = Vec::new();
+    for grid in [8, 16, 24, 32, 48] {
+        points.push(("hints a side", grid.to_string(), Base { grid, ..base }));
+    }
+    for samples in [14, 28, 56, 112, 224] {
+        points.push(("samples", samples.to_string(), Base { samples, ..base }));
+    }
+    for (name, order) in [("two", ShOrder::Two), ("three", ShOrder::Three)] {
+        points.push(("order", name.into(), Base { order, ..base }));
+    }
+    for bounces in 1..=4 {
+        points.push(("bounces", bounces.to_string(), Base { bounces, ..base }));
+    }
+    for resolution in [Full, Half, Quarter] {
+        let name = format!("1/{}", resolution.divisor());
+        points.push(("GI resolution", name, Base { resolution, ..base }));
+    }
+    for (_, grid, samples, _) in TABLE_2.into_iter().filter(|row| row.0 == scene) {
+        for (name, order) in [("two", ShOrder::Two), ("three", ShOrder::Three)] {
+            let of = Base {
+                grid,
+                samples,
+                order,
+                ..FIGURE_10
+            };
+            points.push(("table 2, order", name.into(), of));
+        }
+    }
+    points
+}
+
+/// Measures all points in a scene that is open.
+pub fn measure(
+    studio: &mut Studio,
+    scene: &Scene,
+    without: [f64; 3],
+    software: bool,
+    options: &Options,
+) -> Result<Vec<Point>, String> {
+    measure::apply(studio.world(), GiTechnique::RadianceHints, "paper", 64)?;
+    let mut measured = Vec::new();
+    let base = if software { SOFTWARE } else { FIGURE_10 };
+    for (axis, value, base) in points(scene.name, base) {
+        let world = studio.world();
+        world.resource_mut::<GiSettings>().gather_resolution = base.resolution;
+        let mut hints = world.resource_mut::<RadianceHintsSettings>();
+        (hints.samples, hints.order, hints.bounces) = (base.samples, base.order, base.bounces);
+        let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
+        let volumes: Vec<_> = volumes.iter(world).collect();
+        for volume in volumes {
+            let set = ProbeSet::default().with_resolution(base.grid);
+            world.entity_mut(volume).insert(set);
+        }
+        studio.headless.wait_until(|_| true);
+        studio.settle(8);
+        let [still, lights] = [Situation::Still, Situation::Lights].map(|situation| {
+            measure::run(studio, situation, options.frames);
+            let without = without[situation as usize];
+            measure::read(studio, situation, without)
+        });
+        let counts = studio.world().resource::<GiStatistics>().counts();
+        measured.push(Point {
+            scene: scene.name.into(),
+            axis,
+            value,
+            hints: counts.get("scene/probes").copied().unwrap_or(0),
+            still_ms: still.gi_ms,
+            lights_ms: lights.gi_ms,
+            parts_ms: PARTS.map(|passes| lights.sum(passes).unwrap_or(0.0)),
+        });
+    }
+    let world = studio.world();
+    let mut sets = world.query_filtered::<Entity, With<ProbeSet>>();
+    let sets: Vec<_> = sets.iter(world).collect();
+    for set in sets {
+        world.entity_mut(set).remove::<ProbeSet>();
+    }
+    Ok(measured)
+}
+
+/// The table, as Markdown.
+pub fn text(points: &[Point], software: bool) -> String {
+    if points.is_empty() {
+        return String::new();
+    }
+    let mut header = vec!["scene", "axis", "value", "hints", "GI still", "GI lights"];
+    if !software {
+        header.extend(["first bounce", "later ones", "reconstruct", "table 2"]);
+    }
+    let mut table = output::table(header.into_iter().map(String::from).collect());
+    for point in points {
+        let mut row = vec![
+            point.scene.clone(),
+            point.axis.into(),
+            point.value.clone(),
+            point.hints.to_string(),
+            format!("{:.2}", point.still_ms),
+            format!("{:.2}", point.lights_ms),
+        ];
+        if !software {
+            row.extend(point.parts_ms.map(|ms| format!("{ms:.2}")));
+            let published = TABLE_2.iter().find(|row| row.0 == point.scene);
+            let published = published.filter(|_| point.axis.starts_with("table 2"));
+            let theirs = published.map(|row| row.3[usize::from(point.value == "three")]);
+            row.push(theirs.map_or(String::new(), |ms| format!("{ms:.2}")));
+        }
+        table.add_row(row);
+    }
+    let how = match software {
+        false => format!(
+            "there on a GeForce GTX 285, 1024x1024, without what reflective shadow maps and the G-buffer cost; \
+             here with {}",
+            held(FIGURE_10)
+        ),
+        true => format!(
+            "the paper's milliseconds need a GPU; here with {}, but table 2, which has {}",
+            held(SOFTWARE),
+            held(FIGURE_10)
+        ),
+    };
+    format!(
+        "Papaioannou 2011, figure 10 and table 2: preset 'paper', 64 voxels, one parameter at a time; {how}. ms.\n\n\
+         {table}\n"
+    )
+}
+
+/// What is held, in words.
+fn held(base: Base) -> String {
+    format!(
+        "{} hints a side, {} samples, order two, {} bounces, GI at 1/{} of the picture",
+        base.grid,
+        base.samples,
+        base.bounces,
+        base.resolution.divisor()
+    )
+}
+
+/// The same, as CSV.
+pub fn csv(points: &[Point]) -> String {
+    let header = "scene,axis,value,hints,still_ms,lights_ms,first_ms,later_ms,reconstruct_ms";
+    let mut text = format!("{header}\n");
+    for p in points {
+        let [first, later, reconstruct] = p.parts_ms;
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{first},{later},{reconstruct}",
+            p.scene, p.axis, p.value, p.hints, p.still_ms, p.lights_ms
+        );
+    }
+    text
+}

@@ -1,0 +1,77 @@
+//! `SceneProbes`: points of a lattice in each volume, and what each of them sees through the voxels.
+//!
+//! Techniques that keep light at points share this: where the points stand ([`ProbeSet`]), which voxel each
+//! ray from a point meets, and which points light a given surface.
+//!
+//! # A capture
+//!
+//! | pass | does |
+//! |---|---|
+//! | `gi/scene/place_probes` | moves probes out of geometry, and finds those that are inside of something |
+//! | `gi/scene/trace_probes` | one ray for each texel of an octahedral map around each probe: which voxel is there, how far |
+//! | `gi/scene/probe_moments` | mean and mean square of the distances, by direction |
+//!
+//! Nothing runs while nothing changes. While a cache settles, the rays are traced again in other
+//! directions each frame, so that what it accumulates has seen everything.
+//!
+//! # Weights
+//!
+//! A point is lit by the eight probes around it. Each counts by its trilinear share, by how far in front of
+//! the surface it is, and by whether it sees the point: Chebyshev's inequality bounds the part of
+//! its view that is farther than the point (Majercik et al. 2019, section 5.2, for probes of
+//! irradiance; Donnelly and Lauritzen 2006 for the bound). Probes inside of something do not count.
+
+mod node;
+mod prepare;
+mod set;
+mod types;
+
+pub(crate) use node::{cache_entries, shader_defs};
+pub use prepare::SceneProbes;
+pub(crate) use prepare::{LookAgain, prepare_probes};
+pub use set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
+pub(crate) use types::GpuProbes;
+
+use bevy::{
+    app::{App, Plugin, PostUpdate},
+    asset::embedded_asset,
+    ecs::prelude::*,
+    render::{
+        ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems, renderer::RenderGraph,
+    },
+    shader::load_shader_library,
+};
+
+use super::voxels::voxelize;
+use crate::{gpu::caps::supported, schedule::GiSystems};
+
+pub(crate) struct ProbesPlugin;
+
+impl Plugin for ProbesPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "types.wgsl");
+        load_shader_library!(app, "bindings.wgsl");
+        load_shader_library!(app, "lookup.wgsl");
+        embedded_asset!(app, "place.wgsl");
+        embedded_asset!(app, "moments.wgsl");
+        app.add_systems(PostUpdate, prepare::clamp_sets);
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(RenderStartup, node::init_probe_pipelines)
+            .add_systems(ExtractSchedule, prepare::extract_sets)
+            .add_systems(
+                Render,
+                prepare::prepare_probes
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .run_if(supported),
+            )
+            .add_systems(
+                RenderGraph,
+                node::look_at_scene
+                    .in_set(GiSystems::CaptureScene)
+                    .after(voxelize),
+            );
+    }
+}

@@ -1,0 +1,212 @@
+//! Depth that the first GI camera saw in the last frame: for whoever asks, before any camera has drawn, what is
+//! hidden from it.
+
+use bevy::{
+    app::{App, Plugin},
+    asset::{AssetServer, embedded_asset, load_embedded_asset},
+    core_pipeline::schedule::Core3d,
+    ecs::prelude::*,
+    math::{Mat4, UVec2, UVec3},
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        camera::ExtractedCamera,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderContext, RenderDevice, ViewQuery},
+        view::{ExtractedView, ViewUniformOffset},
+    },
+    shader::load_shader_library,
+};
+
+use super::{SurfaceLayout, ViewSurface, init_surface_layout, prepare_surfaces};
+use crate::{
+    camera::ExtractedGiCamera,
+    gpu::{
+        caps::supported,
+        compute::{ComputePass, Recorder, groups},
+        statistics::{GiStatistics, Tracked},
+    },
+    schedule::GiSystems,
+};
+
+/// Pixels of the camera along each axis that share a texel.
+const DIVISOR: u32 = 4;
+/// Words of `CameraDepth` in `kept_depth.wgsl`.
+const WORDS: u64 = 20;
+
+/// What the first GI camera saw.
+#[derive(Resource)]
+pub(crate) struct CameraDepth {
+    /// Whether anybody reads it: set by those who do, in each frame.
+    pub wanted: bool,
+    /// That camera, as it looks now.
+    pub clip_from_world: Option<Mat4>,
+    camera_entity: Option<Entity>,
+    /// `R32Float`, as Bevy has depth.
+    pub texture: Tracked<TextureView>,
+    /// A `CameraDepth` of `kept_depth.wgsl`.
+    pub camera: Tracked<Buffer>,
+    size: UVec2,
+    pass: ComputePass,
+    layout: BindGroupLayoutDescriptor,
+    job: Option<(Entity, BindGroup)>,
+}
+
+pub(super) struct CameraDepthPlugin;
+
+impl Plugin for CameraDepthPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "kept_depth.wgsl");
+        embedded_asset!(app, "depth.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(RenderStartup, init.after(init_surface_layout))
+            .add_systems(
+                Render,
+                (
+                    choose_camera
+                        .in_set(RenderSystems::PrepareResources)
+                        .run_if(supported),
+                    prepare
+                        .in_set(RenderSystems::PrepareBindGroups)
+                        .after(prepare_surfaces)
+                        .run_if(supported),
+                ),
+            )
+            .add_systems(Core3d, keep_depth.in_set(GiSystems::Gather));
+    }
+}
+
+fn texture(size: UVec2, device: &RenderDevice, statistics: &GiStatistics) -> Tracked<TextureView> {
+    let texture = device.create_texture(&TextureDescriptor {
+        label: Some("gi/surface/depth"),
+        size: Extent3d {
+            width: size.x,
+            height: size.y,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format: TextureFormat::R32Float,
+        usage: TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    statistics
+        .texture("surface/depth", texture)
+        .map(|texture| texture.create_view(&TextureViewDescriptor::default()))
+}
+
+fn init(
+    mut commands: Commands,
+    server: Res<AssetServer>,
+    surface: Res<SurfaceLayout>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    statistics: Res<GiStatistics>,
+) {
+    let layout = BindGroupLayoutDescriptor::new(
+        "gi/surface/keep_depth",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                texture_storage_2d(TextureFormat::R32Float, StorageTextureAccess::WriteOnly),
+                storage_buffer_sized(false, None),
+            ),
+        ),
+    );
+    commands.insert_resource(CameraDepth {
+        wanted: false,
+        clip_from_world: None,
+        camera_entity: None,
+        texture: texture(UVec2::ONE, &device, &statistics),
+        camera: statistics.storage_buffer(
+            &device,
+            "surface/depth_camera",
+            WORDS,
+            BufferUsages::empty(),
+        ),
+        size: UVec2::ONE,
+        pass: ComputePass::new(
+            &cache,
+            "gi/surface/keep_depth",
+            &[&surface.0, &layout],
+            load_embedded_asset!(server.as_ref(), "depth.wgsl"),
+            "keep_depth",
+            Vec::new(),
+        ),
+        layout,
+        job: None,
+    });
+}
+
+type FirstCamera<'a> = (Entity, &'a ExtractedCamera, &'a ExtractedView);
+
+fn choose_camera(
+    depth: Option<ResMut<CameraDepth>>,
+    cameras: Query<FirstCamera, With<ExtractedGiCamera>>,
+) {
+    let Some(mut depth) = depth else { return };
+    let first = cameras
+        .iter()
+        .min_by_key(|(entity, camera, _)| (camera.order, *entity));
+    depth.camera_entity = first.map(|(entity, ..)| entity);
+    depth.clip_from_world = first.map(|(_, _, view)| {
+        let view_from_world = view.world_from_view.to_matrix().inverse();
+        view.clip_from_view * view_from_world
+    });
+}
+
+fn prepare(
+    depth: Option<ResMut<CameraDepth>>,
+    surfaces: Query<&ViewSurface>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    statistics: Res<GiStatistics>,
+) {
+    let Some(mut depth) = depth else { return };
+    depth.job = None;
+    let Some(entity) = depth.camera_entity.filter(|_| depth.wanted) else {
+        return;
+    };
+    let Ok(surface) = surfaces.get(entity) else {
+        return;
+    };
+    let size = (surface.size / DIVISOR).max(UVec2::ONE);
+    if depth.size != size {
+        depth.texture = texture(size, &device, &statistics);
+        depth.size = size;
+    }
+    let group = device.create_bind_group(
+        "gi/surface/keep_depth",
+        &cache.get_bind_group_layout(&depth.layout),
+        &BindGroupEntries::sequential((&*depth.texture, depth.camera.as_entire_binding())),
+    );
+    depth.job = Some((entity, group));
+}
+
+fn keep_depth(
+    view: ViewQuery<(Entity, &ViewSurface, &ViewUniformOffset)>,
+    depth: Option<Res<CameraDepth>>,
+    cache: Res<PipelineCache>,
+    mut ctx: RenderContext,
+) {
+    let (entity, surface, offset) = view.into_inner();
+    let Some(depth) = depth else { return };
+    let Some((_, group)) = depth.job.as_ref().filter(|(camera, _)| *camera == entity) else {
+        return;
+    };
+    let threads: UVec3 = depth.size.extend(1);
+    let run = (
+        groups(threads, UVec3::new(8, 8, 1)),
+        [&surface.bind_group, group],
+    );
+    let diagnostics = ctx.diagnostic_recorder();
+    Recorder {
+        encoder: ctx.command_encoder(),
+        cache: &cache,
+        diagnostics: diagnostics.as_deref(),
+    }
+    .run_all(&depth.pass, Some(offset.offset), [run]);
+}

@@ -1,0 +1,287 @@
+//! Debug views: the hints as spheres, the taps over a picked surface, and the samples of a picked hint.
+
+use bevy::{
+    app::{App, Plugin},
+    asset::{AssetServer, embedded_asset, load_embedded_asset},
+    ecs::{prelude::*, schedule::IntoScheduleConfigs},
+    math::UVec3,
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        render_resource::{binding_types::*, *},
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use super::{
+    node::{cache_layout, shader_defs},
+    prepare::{HintsCache, prepare_hints},
+    types::{GpuHintsView, GpuPicked},
+};
+use crate::{
+    debug::{
+        GiDebugSettings,
+        light_maps::DebugMarks,
+        shapes::{DebugShapes, FillPass},
+    },
+    gpu::compute::ComputePass,
+    scene::{
+        bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
+        probes::SceneProbes,
+        rsm::{SceneRsm, rsm_layout},
+        voxels::SceneVoxels,
+    },
+    technique::TechniqueCache,
+};
+
+const NAME: &str = "gi/hints/show_hints";
+/// Four taps, the surface and the hint.
+const TAPS: u32 = 6;
+/// Disks and samples of a hint that are marked at most.
+const MARKS: u32 = 512;
+
+#[derive(Resource)]
+struct HintsView {
+    pick: ComputePass,
+    hints: ComputePass,
+    taps: ComputePass,
+    marks: ComputePass,
+    pick_layout: BindGroupLayoutDescriptor,
+    shapes_layout: BindGroupLayoutDescriptor,
+    marks_layout: BindGroupLayoutDescriptor,
+}
+
+/// What of a volume is shown.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Shown {
+    Hints,
+    Taps,
+    Samples,
+}
+
+impl Shown {
+    const ALL: [Self; 3] = [Self::Hints, Self::Taps, Self::Samples];
+
+    fn is_wanted(self, debug: &GiDebugSettings) -> bool {
+        match self {
+            Self::Hints => debug.show_hints,
+            Self::Taps => debug.show_taps,
+            Self::Samples => debug.show_samples,
+        }
+    }
+}
+
+/// The entity that has it, and of which volume it is.
+#[derive(Component)]
+struct ShownOf(Entity, Shown);
+
+pub(super) struct HintsViewPlugin;
+
+impl Plugin for HintsViewPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "debug.wgsl");
+        embedded_asset!(app, "marks.wgsl");
+        embedded_asset!(app, "pick.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .add_systems(RenderStartup, init_view.after(init_scene_layout))
+            .add_systems(
+                Render,
+                show_hints
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .after(prepare_hints),
+            );
+    }
+}
+
+fn init_view(
+    mut commands: Commands,
+    server: Res<AssetServer>,
+    cache: Res<PipelineCache>,
+    scene: Res<SceneLayout>,
+) {
+    let read = || storage_buffer_read_only_sized(false, None);
+    let write = || storage_buffer_sized(false, None);
+    let view = || uniform_buffer::<GpuHintsView>(false);
+    let compute = ShaderStages::COMPUTE;
+    let pick_layout = BindGroupLayoutDescriptor::new(
+        "gi/hints/pick",
+        &BindGroupLayoutEntries::sequential(compute, (read(), read(), read(), write(), view())),
+    );
+    let shapes_layout = BindGroupLayoutDescriptor::new(
+        NAME,
+        &BindGroupLayoutEntries::with_indices(
+            compute,
+            ((0, write()), (1, view()), (2, read()), (4, write())),
+        ),
+    );
+    let marks_layout = BindGroupLayoutDescriptor::new(
+        "gi/hints/mark_samples",
+        &BindGroupLayoutEntries::sequential(compute, (write(), view(), read())),
+    );
+    let cache_layout = cache_layout();
+    let pass = |name, layout: &BindGroupLayoutDescriptor, more: &[&_], shader, entry| {
+        let layouts = [&[layout, &scene.layout, &cache_layout], more].concat();
+        ComputePass::new(&cache, name, &layouts, shader, entry, shader_defs())
+    };
+    let shapes = load_embedded_asset!(server.as_ref(), "debug.wgsl");
+    commands.insert_resource(HintsView {
+        pick: pass(
+            "gi/hints/pick",
+            &pick_layout,
+            &[],
+            load_embedded_asset!(server.as_ref(), "pick.wgsl"),
+            "pick",
+        ),
+        hints: pass(NAME, &shapes_layout, &[], shapes.clone(), "show_hints"),
+        taps: pass(
+            "gi/hints/show_taps",
+            &shapes_layout,
+            &[],
+            shapes,
+            "show_taps",
+        ),
+        marks: pass(
+            "gi/hints/mark_samples",
+            &marks_layout,
+            &[&rsm_layout()],
+            load_embedded_asset!(server.as_ref(), "marks.wgsl"),
+            "mark_samples",
+        ),
+        pick_layout,
+        shapes_layout,
+        marks_layout,
+    });
+}
+
+type VolumeData<'a> = (
+    Entity,
+    &'a SceneVoxels,
+    &'a SceneProbes,
+    &'a SceneBindGroup,
+    &'a HintsCache,
+);
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+fn show_hints(
+    mut commands: Commands,
+    volumes: Query<VolumeData>,
+    shown: Query<(Entity, &ShownOf, Option<&DebugShapes>)>,
+    debug: Res<GiDebugSettings>,
+    rsm: Res<SceneRsm>,
+    view: Option<Res<HintsView>>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    let Some(view) = view else { return };
+    for (entity, ShownOf(volume, what), _) in &shown {
+        if !what.is_wanted(&debug) || !volumes.contains(*volume) {
+            commands.entity(entity).despawn();
+        }
+    }
+    if !Shown::ALL.iter().any(|what| what.is_wanted(&debug)) {
+        return;
+    }
+    for (volume, voxels, probes, scene, hints) in &volumes {
+        let Some(lookup) = hints.bind_group() else {
+            continue;
+        };
+        let mut uniform = UniformBuffer::from(GpuHintsView {
+            pick_from: debug.pick_from,
+            content: debug.hint_view as u32,
+            pick_to: debug.pick_to,
+            slots: hints.slots,
+            slice: debug.slice as u32,
+            slice_at: debug.slice_at,
+            marks: MARKS,
+        });
+        uniform.write_buffer(&device, &queue);
+        let picked = device.create_buffer(&BufferDescriptor {
+            label: Some("gi/hints/picked"),
+            size: GpuPicked::min_size().get(),
+            usage: BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        });
+        let pick = || FillPass {
+            pass: view.pick,
+            groups: UVec3::ONE,
+            bind_groups: vec![
+                device.create_bind_group(
+                    "gi/hints/pick",
+                    &cache.get_bind_group_layout(&view.pick_layout),
+                    &BindGroupEntries::sequential((
+                        voxels.brick_map().as_entire_binding(),
+                        voxels.occupancy.as_entire_binding(),
+                        voxels.pool().as_entire_binding(),
+                        picked.as_entire_binding(),
+                        &uniform,
+                    )),
+                ),
+                scene.0.clone(),
+                lookup.clone(),
+            ],
+        };
+        let fill = |pass: ComputePass, own: BindGroup, count: u32| FillPass {
+            pass,
+            groups: UVec3::new(count.div_ceil(64), 1, 1),
+            bind_groups: vec![own, scene.0.clone(), lookup.clone()],
+        };
+        let shapes = |pass: ComputePass, count: u32, before: Option<&DebugShapes>| {
+            DebugShapes::new(count, before, &device, |shapes| {
+                let own = device.create_bind_group(
+                    NAME,
+                    &cache.get_bind_group_layout(&view.shapes_layout),
+                    &BindGroupEntries::with_indices((
+                        (0, shapes.as_entire_binding()),
+                        (1, &uniform),
+                        (2, picked.as_entire_binding()),
+                        (4, hints.slot_light.as_entire_binding()),
+                    )),
+                );
+                vec![pick(), fill(pass, own, count)]
+            })
+        };
+        for what in Shown::ALL {
+            if !what.is_wanted(&debug) {
+                continue;
+            }
+            let before = shown
+                .iter()
+                .find(|(_, of, _)| (of.0, of.1) == (volume, what));
+            let shapes_before = before.and_then(|before| before.2);
+            let mut entity = match before {
+                Some((entity, ..)) => commands.entity(entity),
+                None => commands.spawn(ShownOf(volume, what)),
+            };
+            match (what, &rsm.bind_group) {
+                (Shown::Hints, _) => {
+                    entity.insert(shapes(view.hints, probes.lattice.count(), shapes_before));
+                }
+                (Shown::Taps, _) => {
+                    entity.insert(shapes(view.taps, TAPS, shapes_before));
+                }
+                (Shown::Samples, Some(rsm)) => {
+                    entity.insert(DebugMarks::new(MARKS, &device, |marks| {
+                        let own = device.create_bind_group(
+                            "gi/hints/mark_samples",
+                            &cache.get_bind_group_layout(&view.marks_layout),
+                            &BindGroupEntries::sequential((
+                                marks.as_entire_binding(),
+                                &uniform,
+                                picked.as_entire_binding(),
+                            )),
+                        );
+                        let mut mark = fill(view.marks, own, MARKS);
+                        mark.bind_groups.push(rsm.clone());
+                        vec![pick(), mark]
+                    }));
+                }
+                (Shown::Samples, None) => {
+                    entity.remove::<DebugMarks>();
+                }
+            }
+        }
+    }
+}

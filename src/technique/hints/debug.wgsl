@@ -1,0 +1,135 @@
+// The hints as spheres, and the taps over a picked surface.
+
+#import bevy_gi::debug::types::Shape
+#import bevy_gi::gpu::pack::RADIANCE_SCALE
+#import bevy_gi::gpu::sh::sh_cosine
+#import bevy_gi::scene::probes::bindings::{offsets, probes}
+#import bevy_gi::scene::probes::types::{cell_center, probe_coords, probe_count}
+#import bevy_gi::technique::hints::bindings::hints
+#import bevy_gi::technique::hints::guess::guessed_visibility
+#import bevy_gi::technique::hints::lookup::{
+    Coefficients, distance_block, load_block, load_hint, tap, weigh,
+}
+#import bevy_gi::technique::hints::slots::{slot_index, slots}
+#import bevy_gi::technique::hints::types::{HintsView, Picked}
+
+@group(0) @binding(0) var<storage, read_write> shapes: array<Shape>;
+@group(0) @binding(1) var<uniform> shown: HintsView;
+@group(0) @binding(2) var<storage, read> picked: Picked;
+
+fn hint_position(probe: u32) -> vec3<f32> {
+    return cell_center(probe_coords(probe, probes.dims), probes) + offsets[probe].xyz;
+}
+
+// The slots that are shown, a bit each; 0: not a part of the light.
+fn shown_slots() -> u32 {
+    let first = 1u << #{SLOT_BOUNCES}u;
+    switch shown.content {
+        case #{SHOW_FIRST_BOUNCE}u: { return 1u << #{SLOT_LIGHTS}u; }
+        case #{SHOW_EMISSION}u: { return 1u << #{SLOT_EMISSION}u; }
+        case #{SHOW_SKY}u: { return 1u << #{SLOT_SKY}u; }
+        case #{SHOW_SECOND_BOUNCE}u: { return first; }
+        case #{SHOW_LATER_BOUNCES}u: { return ((1u << shown.slots) - 1u) & ~(2u * first - 1u); }
+        default: { return 0u; }
+    }
+}
+
+// Light of some slots, as `load_hint` has that of all.
+fn load_slots(probe: u32, mask: u32) -> Coefficients {
+    let count = probe_count(probes.dims);
+    var sum: array<vec3<f32>, 9>;
+    for (var slot = 0u; slot < shown.slots; slot++) {
+        for (var i = 0u; i < hints.coefficients && ((mask >> slot) & 1u) != 0u; i++) {
+            sum[i] += slots[slot_index(slot, i, probe, hints.coefficients, count)].rgb / RADIANCE_SCALE;
+        }
+    }
+    var c: Coefficients;
+    for (var color = 0u; color < 3u; color++) {
+        c.low[color] = vec4(sum[0][color], sum[1][color], sum[2][color], sum[3][color]);
+        c.high[color] = vec4(sum[4][color], sum[5][color], sum[6][color], sum[7][color]);
+    }
+    c.last = sum[8];
+    return c;
+}
+
+// What is no light: a number, or a colour.
+fn plain_value(probe: u32) -> vec3<f32> {
+    let at = probe_coords(probe, probes.dims);
+    let distances = load_block(at, distance_block()).xy;
+    switch shown.content {
+        case #{SHOW_NEAREST}u: { return vec3(distances.x); }
+        case #{SHOW_FARTHEST}u: { return vec3(distances.y); }
+        case #{SHOW_CONFIDENCE}u: { return vec3(1.0 - distances.x); }
+        case #{SHOW_VISIBILITY}u: {
+            let own = load_block(probe_coords(picked.probe, probes.dims), distance_block()).xy;
+            let apart = distance(hint_position(probe), hint_position(picked.probe));
+            return vec3(guessed_visibility(apart, own * hints.reach, distances * hints.reach));
+        }
+        default: { return load_block(at, distance_block() + 1u).rgb; }
+    }
+}
+
+// Whether a hint is in the layer that is shown.
+fn in_layer(at: vec3<u32>) -> bool {
+    if shown.slice == 0u {
+        return true;
+    }
+    let axis = shown.slice - 1u;
+    return at[axis] == min(u32(shown.slice_at * f32(probes.dims[axis])), probes.dims[axis] - 1u);
+}
+
+@compute @workgroup_size(64)
+fn show_hints(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= probe_count(probes.dims) {
+        return;
+    }
+    let at = probe_coords(id.x, probes.dims);
+    var shape: Shape;
+    shape.center = hint_position(id.x);
+    // Those that are inside of something light nothing.
+    shape.radius = select(0.0, 0.12 * probes.cell, offsets[id.x].w > 0.0 && in_layer(at));
+    let mask = shown_slots();
+    let is_light = mask != 0u || shown.content == #{SHOW_LIGHT}u;
+    var hint: Coefficients;
+    if mask != 0u {
+        hint = load_slots(id.x, mask);
+    } else if is_light {
+        hint = load_hint(at);
+    }
+    for (var i = 0u; i < 6u; i++) {
+        var side = vec3(0.0);
+        side[i / 2u] = select(1.0, -1.0, (i & 1u) != 0u);
+        if is_light {
+            shape.sides[i] = vec4(weigh(hint, sh_cosine(side)), 1.0);
+        } else {
+            shape.sides[i] = vec4(plain_value(id.x), 0.0);
+        }
+    }
+    shapes[id.x] = shape;
+}
+
+// Four taps in green, the surface in white, the hint in red.
+@compute @workgroup_size(8)
+fn show_taps(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= 6u {
+        return;
+    }
+    var shape: Shape;
+    shape.radius = select(0.0, 0.25 * probes.cell, picked.exists != 0u);
+    var color = vec3(0.1, 0.8, 0.2);
+    if id.x < 4u {
+        shape.center = tap(picked.position, picked.normal, id.x);
+    } else if id.x == 4u {
+        shape.center = picked.position;
+        color = vec3(1.0);
+    } else {
+        shape.center = hint_position(picked.probe);
+        // Still around the sphere of the hint itself.
+        shape.radius *= 0.6;
+        color = vec3(0.9, 0.1, 0.1);
+    }
+    for (var i = 0u; i < 6u; i++) {
+        shape.sides[i] = vec4(color, 0.0);
+    }
+    shapes[id.x] = shape;
+}

@@ -1,0 +1,190 @@
+// Light of lamps that arrives at the hints after its first bounce, from the reflective shadow maps.
+
+#import bevy_gi::gpu::pack::unpack_normal
+#import bevy_gi::gpu::random::random3
+#import bevy_gi::gpu::sh::sh_basis
+#import bevy_gi::scene::bindings::volume
+#import bevy_gi::scene::probes::types::{cell_center, probe_coords, probe_count}
+#import bevy_gi::scene::probes::bindings::{offsets, probes}
+#import bevy_gi::scene::rsm::lookup::{load_rsm, maps, texels, vpls}
+#import bevy_gi::scene::voxels::trace::voxels_between
+#import bevy_gi::surface::kept_depth::CameraDepth
+#import bevy_gi::technique::hints::accumulate::{asleep, blend_slot}
+#import bevy_gi::technique::hints::bindings::hints
+#import bevy_gi::technique::hints::disk::{disk_center, disk_sample, flux_to_share, map_samples}
+#import bevy_gi::technique::hints::types::SLOT_LIGHTS
+
+const PI: f32 = 3.14159265359;
+// Points on the way that are compared with what the light sees, and what is left of light by each that is hidden.
+const MARCH: u32 = 4u;
+const MARCH_LEFT: f32 = 0.5;
+
+// Distances of the nearest and the farthest sample of each hint, over the reach.
+@group(0) @binding(5) var<storage, read_write> distances: array<vec2<f32>>;
+// What the camera saw in the last frame.
+@group(0) @binding(6) var camera_depth: texture_2d<f32>;
+@group(0) @binding(7) var<storage, read> camera: CameraDepth;
+
+// A small patch of surface that sends light on.
+struct Patch {
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    // Lumens.
+    flux: vec3<f32>,
+    // Square metres over pi.
+    radius_squared: f32,
+}
+
+// What a hint has gathered.
+struct Gathered {
+    light: array<vec3<f32>, 9>,
+    nearest: f32,
+    farthest: f32,
+}
+
+// A point around the hint, another for each sample: a hint stands for all of its cell. Not beyond the nearest
+// surface, at distance `clearance`.
+fn receiver(p: vec3<f32>, clearance: f32, random: vec3<f32>) -> vec3<f32> {
+    return p + (random - 0.5) * min(0.5 * probes.cell, clearance);
+}
+
+// Adds what a patch sends to `y`: the irradiance across the way (Papaioannou 2011, equation 4, with unit vectors),
+// of a patch that is no point.
+fn add_patch(gathered: ptr<function, Gathered>, y: vec3<f32>, patch_: Patch, seen: f32) {
+    let to = patch_.position - y;
+    let d2 = dot(to, to);
+    let dir = to * inverseSqrt(max(d2, 1e-12));
+    let facing = -dot(patch_.normal, dir);
+    let distance = saturate(sqrt(d2) / hints.reach);
+    (*gathered).nearest = min((*gathered).nearest, distance);
+    (*gathered).farthest = max((*gathered).farthest, distance);
+    if facing <= 0.0 || seen <= 0.0 {
+        return;
+    }
+    // The patch's own voxels are no obstacle.
+    let end = patch_.position + patch_.normal * 1.5 * volume.voxel;
+    if hints.occlusion == #{OCCLUSION_VOXELS}u && voxels_between(y, end, volume) {
+        return;
+    }
+    // From farther away than its radius, patches of a surface add up as points do; from nearer, none is brighter
+    // than its surface.
+    let e = seen * patch_.flux * facing / (PI * max(d2, patch_.radius_squared));
+    var y_lm = sh_basis(dir);
+    for (var c = 0u; c < hints.coefficients; c++) {
+        (*gathered).light[c] += e * y_lm[c];
+    }
+}
+
+// The virtual point lights whose turn it is.
+fn add_vpls(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, probe: u32) {
+    // Each stands for all that this frame leaves out.
+    let scale = f32(hints.vpls) / f32(hints.samples);
+    for (var i = 0u; i < hints.samples; i++) {
+        let vpl = vpls[(hints.first_sample + i) % hints.vpls];
+        if all(vpl.flux <= vec3(0.0)) {
+            continue;
+        }
+        let y = receiver(p, clearance, random3(probe, i, hints.frame));
+        let patch_ = Patch(vpl.position, unpack_normal(vpl.normal), scale * vpl.flux, vpl.radius_squared);
+        var seen = 1.0;
+        if hints.occlusion == #{OCCLUSION_CAMERA_DEPTH}u {
+            seen = march(0u, patch_.position + patch_.normal * volume.voxel, y);
+        }
+        add_patch(gathered, y, patch_, seen);
+    }
+}
+
+// Whether a point is behind what the light of map `index` sees. Reverse depth: smaller is farther.
+fn hidden_from_light(index: u32, p: vec3<f32>) -> bool {
+    let map = maps.array[index];
+    let clip = map.clip_from_world * vec4(p, 1.0);
+    let ndc = clip.xyz / clip.w;
+    let uv = ndc.xy * vec2(0.5, -0.5) + 0.5;
+    if clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
+        return false;
+    }
+    let depth = bitcast<f32>(textureLoad(texels, vec2<i32>(uv * f32(map.size)), i32(index), 0).z);
+    return ndc.z < depth * 0.98;
+}
+
+// Whether a point is behind what the camera saw.
+fn hidden_from_camera(p: vec3<f32>) -> bool {
+    let clip = camera.clip_from_world * vec4(p, 1.0);
+    let ndc = clip.xyz / clip.w;
+    let uv = ndc.xy * vec2(0.5, -0.5) + 0.5;
+    if camera.seen == 0u || clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
+        return false;
+    }
+    let size = vec2<f32>(textureDimensions(camera_depth));
+    return ndc.z < textureLoad(camera_depth, vec2<i32>(uv * size), 0).x * 0.98;
+}
+
+// Part of the light from `x` to `y` that is left, as depth guesses: that of map `index`, or of the camera.
+fn march(index: u32, x: vec3<f32>, y: vec3<f32>) -> f32 {
+    var left = 1.0;
+    for (var i = 1u; i < MARCH; i++) {
+        let p = mix(x, y, f32(i) / f32(MARCH));
+        var hidden = false;
+        if hints.occlusion == #{OCCLUSION_LIGHT_DEPTH}u {
+            hidden = hidden_from_light(index, p);
+        } else {
+            hidden = hidden_from_camera(p);
+        }
+        left *= select(1.0, MARCH_LEFT, hidden);
+    }
+    return left;
+}
+
+// Texels of every map in a disk around the hint.
+fn add_disks(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, probe: u32) {
+    let total = flux_to_share();
+    // Of all texels, or of those in the disk.
+    let part = select(PI * hints.spread * hints.spread, 1.0, hints.sampling == #{SAMPLE_DISK_LITERAL}u);
+    for (var m = 0u; m < maps.count; m++) {
+        let size = f32(maps.array[m].size);
+        let center = disk_center(m, p);
+        let each = map_samples(m, total);
+        let scale = size * size * part / f32(max(each, 1u));
+        for (var i = 0u; i < each; i++) {
+            let uv = disk_sample(m, i, probe, center);
+            if any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
+                continue;
+            }
+            let texel = load_rsm(m, vec2<u32>(uv * size));
+            if !texel.exists {
+                continue;
+            }
+            let y = receiver(p, clearance, random3(probe, m * hints.samples + i, 1u));
+            var seen = 1.0;
+            if hints.occlusion == #{OCCLUSION_LIGHT_DEPTH}u || hints.occlusion == #{OCCLUSION_CAMERA_DEPTH}u {
+                seen = march(m, texel.position + texel.normal * volume.voxel, y);
+            }
+            // Nearer than half a cell, a texel that stands for many is no point.
+            let radius_squared = 0.25 * probes.cell * probes.cell;
+            add_patch(gathered, y, Patch(texel.position, texel.normal, scale * texel.flux, radius_squared), seen);
+        }
+    }
+}
+
+// One thread a hint.
+@compute @workgroup_size(64)
+fn gather_lights(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= probe_count(probes.dims) || asleep(SLOT_LIGHTS, id.x) {
+        return;
+    }
+    let offset = offsets[id.x];
+    var gathered: Gathered;
+    gathered.nearest = 1.0;
+    if offset.w > 0.0 && hints.vpls > 0u {
+        let p = cell_center(probe_coords(id.x, probes.dims), probes) + offset.xyz;
+        if hints.sampling == #{SAMPLE_VPLS}u {
+            add_vpls(&gathered, p, offset.w, id.x);
+        } else {
+            add_disks(&gathered, p, offset.w, id.x);
+        }
+    }
+    distances[id.x] = vec2(gathered.nearest, max(gathered.nearest, gathered.farthest));
+    // A pointer to a part of a variable is no argument.
+    var light = gathered.light;
+    blend_slot(SLOT_LIGHTS, id.x, &light, hints.blend_lights);
+}

@@ -1,0 +1,558 @@
+//! Memory of the hints, their bind groups, and what is left to do.
+
+use bevy::{
+    ecs::prelude::*,
+    math::{IVec3, Mat4, UVec3},
+    render::{
+        render_resource::*,
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use super::{
+    node::HintsPipelines,
+    settings::{HintBounce, HintOcclusion, HintSampling, RadianceHintsSettings},
+    types::{GpuCarry, GpuHints, GpuStage, SLOT_BOUNCES, SLOT_EMISSION, SLOT_LIGHTS, SLOT_SKY},
+};
+use crate::{
+    camera::ExtractedGiCamera,
+    gpu::statistics::{GiStatistics, Tracked},
+    scene::{
+        bind_group::LightingVersion,
+        probes::{GpuProbes, LookAgain, SceneProbes},
+        rsm::SceneRsm,
+        volume::ExtractedVolume,
+        voxels::{BRICK_VOXELS, SceneVoxels},
+    },
+    settings::{GiHistory, GiSettings, GiTechnique, LightShare},
+    surface::depth::CameraDepth,
+    technique::{Settling, TechniqueCache},
+};
+
+/// The gather itself has no noise, and that of the hints is averaged there.
+const SETTLING: Settling = Settling { history_frames: 2 };
+
+/// Frames after a change in which bounces follow each other as fast as they can, along the same rays; after
+/// that, each is averaged over many rays.
+const BOUNCING_FRAMES: u32 = 8;
+
+/// Light that has changed in so many frames in a row changes all the time.
+const BUSY: u32 = 4;
+
+/// Cells between a hint and the nearest surface that it may light.
+const SLEEP_BEYOND: f32 = 2.0;
+
+/// Everything whose change makes the light of emissive surfaces and of the sky wrong.
+#[derive(Clone, PartialEq)]
+struct Sources {
+    voxels: u64,
+    probes: GpuProbes,
+    sky: u64,
+    settings: RadianceHintsSettings,
+    history: u32,
+}
+
+impl Sources {
+    /// Cells by which the hints have moved since; `None` if the light of before has nothing to do with that of
+    /// now.
+    fn moved_from(&self, before: &Self) -> Option<IVec3> {
+        let same = (&self.settings, self.history) == (&before.settings, before.history);
+        self.probes.moved_from(&before.probes).filter(|_| same)
+    }
+}
+
+/// Everything whose change makes any light wrong.
+#[derive(Clone, PartialEq)]
+struct Content {
+    sources: Sources,
+    lighting: LightingVersion,
+    rsm: u64,
+    with_sky: bool,
+    share: LightShare,
+    /// Where what the camera sees matters.
+    camera: Option<Mat4>,
+}
+
+/// The hints of a volume, see the [module](super).
+#[derive(Component)]
+pub struct HintsCache {
+    dims: UVec3,
+    capacity: u32,
+    coefficients: u32,
+    pub(super) slots: u32,
+    /// Of each slot: coefficients of radiance in nits at each hint.
+    pub(super) slot_light: Tracked<Buffer>,
+    /// Of each hint: distances of the nearest and the farthest of what lights it, over the reach.
+    distances: Tracked<Buffer>,
+    /// Of each hint: mean albedo of the surfaces around it.
+    albedos: Tracked<Buffer>,
+    /// The sum that is looked up.
+    texture: Tracked<TextureView>,
+    /// Of each voxel of the pool, front and back, `rgb9e5`: what it reflects of a bounce.
+    reflected: Tracked<Buffer>,
+    content: Option<Content>,
+    /// Counts updates.
+    frame: u32,
+    /// Updates since any light changed, and looks at the sources since those did.
+    frames: u32,
+    source_frames: u32,
+    /// Updates in a row in each of which something changed.
+    busy: u32,
+    /// The slots as they were before the volume moved; of volumes that do.
+    carried: Option<Tracked<Buffer>>,
+    bind_group: Option<BindGroup>,
+    pub(crate) job: Option<HintsJob>,
+}
+
+impl TechniqueCache for HintsCache {
+    fn bind_group(&self) -> Option<&BindGroup> {
+        self.bind_group.as_ref()
+    }
+}
+
+/// What one frame's update runs.
+pub(crate) struct HintsJob {
+    pub carry: Option<CarryJob>,
+    /// Where light bounces from hint to hint: after a capture.
+    pub albedo: Option<BindGroup>,
+    /// Without lamps, their slot is emptied instead.
+    pub lights: Option<BindGroup>,
+    /// The slot of the lamps, and its bytes.
+    pub clear: (Tracked<Buffer>, u64),
+    /// Emission and sky, where the probes have looked along other rays.
+    pub sources: Vec<BindGroup>,
+    pub bounces: Vec<BounceJob>,
+    /// What is looked up.
+    pub sum: BindGroup,
+}
+
+/// Light that moves along with the hints.
+pub(crate) struct CarryJob {
+    /// From where to where the slots are copied first.
+    pub copy: (Tracked<Buffer>, Tracked<Buffer>),
+    pub group: BindGroup,
+}
+
+/// One bounce.
+pub(crate) struct BounceJob {
+    /// Sums up the light that bounces.
+    pub sum: BindGroup,
+    pub from: BounceFrom,
+}
+
+/// Where light bounces.
+pub(crate) enum BounceFrom {
+    /// At other hints.
+    Hints(BindGroup),
+    /// At surfaces: they are lit, and then looked at.
+    Surfaces { light: BindGroup, gather: BindGroup },
+}
+
+type VolumeData<'a> = (
+    Entity,
+    Option<&'a SceneVoxels>,
+    Option<&'a SceneProbes>,
+    Option<&'a mut HintsCache>,
+);
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+pub(crate) fn prepare_hints(
+    mut commands: Commands,
+    mut volumes: Query<VolumeData, With<ExtractedVolume>>,
+    cameras: Query<&ExtractedGiCamera>,
+    gi: Res<GiSettings>,
+    settings: Res<RadianceHintsSettings>,
+    history: Res<GiHistory>,
+    lighting: Res<LightingVersion>,
+    rsm: Res<SceneRsm>,
+    camera: Option<ResMut<CameraDepth>>,
+    pipelines: Res<HintsPipelines>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    statistics: Res<GiStatistics>,
+) {
+    let wanted = cameras
+        .iter()
+        .any(|camera| camera.active_technique(&gi) == GiTechnique::RadianceHints);
+    let Some(mut camera) = camera else { return };
+    camera.wanted = wanted && settings.occlusion == HintOcclusion::CameraDepth;
+    let ready = pipelines.ready(&cache);
+    for (entity, voxels, probes, hints) in &mut volumes {
+        let (Some(voxels), Some(probes), true) = (voxels, probes, wanted) else {
+            // Nobody looks: the memory is given back.
+            commands.entity(entity).remove::<HintsCache>();
+            continue;
+        };
+        let Some(mut hints) = hints else {
+            if ready && probes.version > 0 {
+                let new = HintsCache::new(voxels, probes, &settings, &device, &statistics);
+                commands.entity(entity).insert(new);
+            }
+            continue;
+        };
+        let size = (
+            probes.dims(),
+            voxels.capacity,
+            settings.order.coefficients(),
+            slot_count(&settings),
+        );
+        if (hints.dims, hints.capacity, hints.coefficients, hints.slots) != size {
+            *hints = HintsCache::new(voxels, probes, &settings, &device, &statistics);
+        }
+        let content = Content {
+            sources: Sources {
+                voxels: probes.version,
+                probes: GpuProbes {
+                    round: 0,
+                    ..probes.gpu()
+                },
+                sky: lighting.0[2],
+                settings: settings.clone(),
+                history: history.epoch(),
+            },
+            lighting: *lighting,
+            rsm: rsm.version,
+            with_sky: gi.replace_ambient,
+            share: gi.light_share,
+            camera: camera.clip_from_world.filter(|_| camera.wanted),
+        };
+        hints.plan(
+            voxels,
+            probes,
+            &rsm,
+            &camera,
+            content,
+            &pipelines,
+            &cache,
+            &device,
+            &queue,
+            &statistics,
+        );
+        let mut volume = commands.entity(entity);
+        match hints.job {
+            Some(_) => volume.insert(SETTLING),
+            None => volume.remove::<Settling>(),
+        };
+        match hints.job {
+            Some(_) if hints.frames >= BOUNCING_FRAMES => volume.insert(LookAgain),
+            _ => volume.remove::<LookAgain>(),
+        };
+    }
+}
+
+/// Slots that the settings need.
+fn slot_count(settings: &RadianceHintsSettings) -> u32 {
+    SLOT_BOUNCES + settings.bounces - 1
+}
+
+impl HintsCache {
+    fn new(
+        voxels: &SceneVoxels,
+        probes: &SceneProbes,
+        settings: &RadianceHintsSettings,
+        device: &RenderDevice,
+        statistics: &GiStatistics,
+    ) -> Self {
+        let dims = probes.dims();
+        let coefficients = settings.order.coefficients();
+        let slots = slot_count(settings);
+        // And one of distances, one of albedos.
+        let blocks = (3 * coefficients).div_ceil(4) + 2;
+        let texture = device.create_texture(&TextureDescriptor {
+            label: Some("gi/hints/coefficients"),
+            size: Extent3d {
+                width: dims.x,
+                height: dims.y,
+                depth_or_array_layers: dims.z * blocks,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D3,
+            format: TextureFormat::Rgba16Float,
+            usage: TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let texture = statistics.texture("hints/coefficients", texture);
+        let buffer =
+            |name, words| statistics.storage_buffer(device, name, words, BufferUsages::COPY_SRC);
+        let lights = u64::from(probes.lattice.count()) * u64::from(4 * coefficients);
+        let voxel_count = u64::from(voxels.capacity) * u64::from(BRICK_VOXELS);
+        Self {
+            dims,
+            capacity: voxels.capacity,
+            coefficients,
+            slots,
+            slot_light: buffer("hints/slots", lights * u64::from(slots)),
+            texture: texture.map(|t| t.create_view(&TextureViewDescriptor::default())),
+            distances: buffer("hints/distances", 2 * u64::from(probes.lattice.count())),
+            albedos: buffer("hints/albedos", 4 * u64::from(probes.lattice.count())),
+            reflected: buffer("hints/voxel_reflected", 2 * voxel_count),
+            content: None,
+            frame: 0,
+            frames: 0,
+            source_frames: 0,
+            busy: 0,
+            carried: None,
+            bind_group: None,
+            job: None,
+        }
+    }
+
+    /// Decides what this frame does.
+    #[allow(clippy::too_many_arguments, reason = "what a frame depends on")]
+    fn plan(
+        &mut self,
+        voxels: &SceneVoxels,
+        probes: &SceneProbes,
+        rsm: &SceneRsm,
+        camera: &CameraDepth,
+        content: Content,
+        pipelines: &HintsPipelines,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+        queue: &RenderQueue,
+        statistics: &GiStatistics,
+    ) {
+        self.job = None;
+        let settings = content.sources.settings.clone();
+        let before = self.content.as_ref();
+        self.busy = match before {
+            Some(before) if *before != content => self.busy.saturating_add(1),
+            _ => 0,
+        };
+        if let Some(before) = before.filter(|before| **before != content) {
+            // What is known counts on for a while where only things move, or light would flicker; not where
+            // a lamp is switched.
+            let switched = before.lighting != content.lighting;
+            let known = self.frames.min(if switched { 1 } else { 2 });
+            // One frame is looked at in any case.
+            self.frames = known.min(settings.settle_frames.saturating_sub(1));
+        }
+        let moved = before.and_then(|before| content.sources.moved_from(&before.sources));
+        if moved.is_none() {
+            self.frames = 0;
+            self.frame = 0;
+        }
+        if before.map(|c| &c.sources) != Some(&content.sources) {
+            self.source_frames = 0;
+        }
+        if self.frames == settings.settle_frames {
+            return;
+        }
+        let fresh = before.is_none_or(|c| c.sources.history != content.sources.history);
+
+        let vpls = rsm.vpl_count();
+        let samples = match settings.sampling {
+            HintSampling::VirtualPointLights => settings.samples.min(vpls),
+            _ => settings.samples,
+        };
+        let sleeps = probes.gpu().sleeping != 0
+            && self.busy > BUSY
+            && settings.bounce == HintBounce::Surfaces;
+        let mut uniform = UniformBuffer::from(GpuHints {
+            coefficients: self.coefficients,
+            samples,
+            first_sample: (self.frame * samples) % vpls.max(1),
+            vpls,
+            frame: self.frame,
+            // The first frames are rough, and soon count for nothing.
+            blend_lights: 2.0 / (self.frames + 2) as f32,
+            blend_sources: 1.0 / (self.source_frames + 1) as f32,
+            blend_bounces: match self.frames.checked_sub(BOUNCING_FRAMES) {
+                None => 1.0,
+                // What was bounced of incomplete light counts less and less.
+                Some(averaged) => 2.0 / (averaged + 2) as f32,
+            },
+            specular: settings.specular.into(),
+            sampling: settings.sampling as u32,
+            occlusion: settings.occlusion as u32,
+            bounce: settings.bounce as u32,
+            spread: settings.spread,
+            bounce_samples: settings.bounce_samples,
+            reach: settings.reach * voxels.grid.size().length(),
+            average_albedo: settings.average_albedo,
+            reconstruction: settings.reconstruction as u32,
+            tap_distance: settings.tap_distance * probes.lattice.cell,
+            sleep_beyond: if sleeps {
+                SLEEP_BEYOND * probes.lattice.cell
+            } else {
+                f32::MAX
+            },
+            share: content.share as u32,
+            coloured: settings.coloured_bounces.into(),
+        });
+        uniform.write_buffer(device, queue);
+        let cache_group = device.create_bind_group(
+            "gi/hints/cache",
+            &cache.get_bind_group_layout(&pipelines.cache_layout),
+            &BindGroupEntries::sequential((
+                &probes.uniform(device, queue),
+                probes.offsets.as_entire_binding(),
+                &*probes.moments,
+                &probes.sampler,
+                &uniform,
+                &*self.texture,
+            )),
+        );
+        let stage = |slot: u32, mask: u32| {
+            let mut uniform = UniformBuffer::from(GpuStage {
+                slot,
+                mask,
+                slots: self.slots,
+                coefficients: self.coefficients,
+                dims: self.dims,
+            });
+            uniform.write_buffer(device, queue);
+            uniform
+        };
+        let sum = |mask: u32| {
+            device.create_bind_group(
+                "gi/hints/sum",
+                &cache.get_bind_group_layout(&pipelines.sum_layout),
+                &BindGroupEntries::with_indices((
+                    (0, &stage(0, mask)),
+                    (1, &*self.texture),
+                    (4, self.slot_light.as_entire_binding()),
+                    (5, self.distances.as_entire_binding()),
+                    (6, self.albedos.as_entire_binding()),
+                )),
+            )
+        };
+        let gather = |slot: u32| {
+            device.create_bind_group(
+                "gi/hints/bounce",
+                &cache.get_bind_group_layout(&pipelines.gather_layout),
+                &BindGroupEntries::sequential((
+                    &stage(slot, 0),
+                    voxels.pool.as_entire_binding(),
+                    self.reflected.as_entire_binding(),
+                    probes.hits.as_entire_binding(),
+                    self.slot_light.as_entire_binding(),
+                )),
+            )
+        };
+        let from_surfaces = |slot: u32| BounceFrom::Surfaces {
+            light: device.create_bind_group(
+                "gi/hints/surfaces",
+                &cache.get_bind_group_layout(&pipelines.surfaces_layout),
+                &BindGroupEntries::sequential((
+                    &stage(slot, 0),
+                    voxels.pool.as_entire_binding(),
+                    self.reflected.as_entire_binding(),
+                    voxels.brick_list.as_entire_binding(),
+                    voxels.voxel_list.as_entire_binding(),
+                    voxels.counters.as_entire_binding(),
+                )),
+            ),
+            gather: gather(slot),
+        };
+        let from_hints = |slot: u32| {
+            BounceFrom::Hints(device.create_bind_group(
+                "gi/hints/exchange",
+                &cache.get_bind_group_layout(&pipelines.exchange_layout),
+                &BindGroupEntries::with_indices((
+                    (0, &stage(slot, 0)),
+                    (4, self.slot_light.as_entire_binding()),
+                )),
+            ))
+        };
+        let look = self.source_frames == 0 || probes.looks();
+        let sources = match look {
+            true => vec![gather(SLOT_EMISSION), gather(SLOT_SKY)],
+            false => Vec::new(),
+        };
+        let first = 1 << SLOT_LIGHTS | 1 << SLOT_EMISSION | 1 << SLOT_SKY;
+        let bounces = (SLOT_BOUNCES..self.slots)
+            .map(|slot| {
+                let before = match (slot, settings.bounce) {
+                    (SLOT_BOUNCES, _) => first,
+                    (_, HintBounce::HintsLiteral) => (1 << slot) - 1,
+                    _ => 1 << (slot - 1),
+                };
+                if settings.bounce != HintBounce::Surfaces {
+                    return BounceJob {
+                        sum: sum(before),
+                        from: from_hints(slot),
+                    };
+                }
+                let itself = settings.endless && slot + 1 == self.slots && !fresh;
+                BounceJob {
+                    sum: sum(before | u32::from(itself) << slot),
+                    from: from_surfaces(slot),
+                }
+            })
+            .collect();
+        let all = (1 << self.slots) - 1;
+        let shown = match content.with_sky {
+            true => all,
+            false => all & !(1 << SLOT_SKY),
+        };
+        let lights = rsm.bind_group.is_some().then(|| {
+            device.create_bind_group(
+                "gi/hints/lights",
+                &cache.get_bind_group_layout(&pipelines.lights_layout),
+                &BindGroupEntries::with_indices((
+                    (0, voxels.brick_map().as_entire_binding()),
+                    (1, voxels.occupancy.as_entire_binding()),
+                    (4, self.slot_light.as_entire_binding()),
+                    (5, self.distances.as_entire_binding()),
+                    (6, &*camera.texture),
+                    (7, camera.camera.as_entire_binding()),
+                )),
+            )
+        });
+        let carry = moved.filter(|cells| *cells != IVec3::ZERO).map(|shift| {
+            let before = self.carried.get_or_insert_with(|| {
+                let words = self.slot_light.size() / 4;
+                let usage = BufferUsages::empty();
+                statistics.storage_buffer(device, "hints/slots_before", words, usage)
+            });
+            let mut uniform = UniformBuffer::from(GpuCarry {
+                shift,
+                blocks: self.slots * self.coefficients,
+                dims: self.dims,
+            });
+            uniform.write_buffer(device, queue);
+            CarryJob {
+                copy: (self.slot_light.clone(), before.clone()),
+                group: device.create_bind_group(
+                    "gi/hints/carry",
+                    &cache.get_bind_group_layout(&pipelines.carry_layout),
+                    &BindGroupEntries::with_indices((
+                        (0, &uniform),
+                        (1, before.as_entire_binding()),
+                        (4, self.slot_light.as_entire_binding()),
+                    )),
+                ),
+            }
+        });
+        let coloured = settings.bounce != HintBounce::Surfaces && settings.coloured_bounces;
+        let albedo = (coloured && self.source_frames == 0).then(|| {
+            device.create_bind_group(
+                "gi/hints/albedo",
+                &cache.get_bind_group_layout(&pipelines.albedo_layout),
+                &BindGroupEntries::with_indices((
+                    (1, voxels.pool.as_entire_binding()),
+                    (3, probes.hits.as_entire_binding()),
+                    (6, self.albedos.as_entire_binding()),
+                )),
+            )
+        });
+        let slot_bytes = self.slot_light.size() / u64::from(self.slots);
+        self.job = Some(HintsJob {
+            carry,
+            albedo,
+            lights,
+            clear: (self.slot_light.clone(), slot_bytes),
+            sources,
+            bounces,
+            sum: sum(shown),
+        });
+        self.bind_group = Some(cache_group);
+        self.content = Some(content);
+        self.frame = self.frame.wrapping_add(1) % 4096;
+        self.frames += 1;
+        self.source_frames += u32::from(look);
+    }
+}

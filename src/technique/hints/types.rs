@@ -1,0 +1,150 @@
+//! GPU structs of radiance hints; `types.wgsl` is their twin.
+
+use bevy::{
+    math::{IVec3, UVec3, Vec3},
+    render::render_resource::ShaderType,
+    shader::ShaderDefVal,
+};
+
+use super::settings::{HintBounce, HintOcclusion, HintReconstruction, HintSampling};
+use crate::debug::HintView;
+
+/// Light of lamps that bounced once, from the virtual point lights.
+pub const SLOT_LIGHTS: u32 = 0;
+/// Light straight from emissive surfaces.
+pub const SLOT_EMISSION: u32 = 1;
+/// Light straight from the sky.
+pub const SLOT_SKY: u32 = 2;
+/// Here and in the slots that follow: light that bounced once more than that of the slot before; in this one,
+/// than that of all three above.
+pub const SLOT_BOUNCES: u32 = 3;
+
+/// What all passes of a frame know.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub struct GpuHints {
+    /// Coefficients of a colour: 4 or 9.
+    pub coefficients: u32,
+    /// Virtual point lights that each hint looks at this frame,
+    pub samples: u32,
+    /// and the first of them.
+    pub first_sample: u32,
+    /// All virtual point lights.
+    pub vpls: u32,
+    /// Counts updates.
+    pub frame: u32,
+    /// Share of this frame in what is accumulated of virtual point lights.
+    pub blend_lights: f32,
+    /// The same of emission and sky,
+    pub blend_sources: f32,
+    /// and of what surfaces reflect.
+    pub blend_bounces: f32,
+    /// 0 or 1.
+    pub specular: u32,
+    /// A [`HintSampling`].
+    pub sampling: u32,
+    /// A [`HintOcclusion`].
+    pub occlusion: u32,
+    /// A [`HintBounce`].
+    pub bounce: u32,
+    /// Radius of a disk, as a fraction of the map's side.
+    pub spread: f32,
+    pub bounce_samples: u32,
+    /// Metres.
+    pub reach: f32,
+    pub average_albedo: f32,
+    /// A [`HintReconstruction`].
+    pub reconstruction: u32,
+    /// Metres.
+    pub tap_distance: f32,
+    /// Hints that are farther than that from everything, metres, are left out in some frames.
+    pub sleep_beyond: f32,
+    /// A [`LightShare`](crate::LightShare).
+    pub share: u32,
+    /// 0 or 1: surfaces between hints have the colour of those around, not the average albedo.
+    pub coloured: u32,
+}
+
+/// Uniform of `carry.wgsl`.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub struct GpuCarry {
+    /// Cells by which the lattice has moved.
+    pub shift: IVec3,
+    /// Coefficients of all slots.
+    pub blocks: u32,
+    /// Hints along each axis.
+    pub dims: UVec3,
+}
+
+/// What one pass of a frame works on.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub struct GpuStage {
+    /// The slot that is written.
+    pub slot: u32,
+    /// The slots that are summed up, a bit each.
+    pub mask: u32,
+    /// All slots.
+    pub slots: u32,
+    /// Coefficients of a colour: 4 or 9.
+    pub coefficients: u32,
+    /// Hints along each axis.
+    pub dims: UVec3,
+}
+
+/// What debug views show.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub struct GpuHintsView {
+    /// As in the [settings](crate::GiDebugSettings).
+    pub pick_from: Vec3,
+    /// A [`HintView`].
+    pub content: u32,
+    /// As in the settings.
+    pub pick_to: Vec3,
+    /// All slots.
+    pub slots: u32,
+    /// A [`GiSlice`](crate::GiSlice), and where.
+    pub slice: u32,
+    pub slice_at: f32,
+    /// Room for marks in maps.
+    pub marks: u32,
+}
+
+/// A surface that is picked.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub struct GpuPicked {
+    /// Metres.
+    pub position: Vec3,
+    /// 0 or 1.
+    pub exists: u32,
+    pub normal: Vec3,
+    /// The hint that lights it most.
+    pub probe: u32,
+}
+
+/// The constants above, for `types.wgsl`.
+pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
+    [
+        ("SAMPLE_VPLS", HintSampling::VirtualPointLights as u32),
+        ("SAMPLE_DISK_LITERAL", HintSampling::DiskLiteral as u32),
+        ("OCCLUSION_LIGHT_DEPTH", HintOcclusion::LightDepth as u32),
+        ("OCCLUSION_CAMERA_DEPTH", HintOcclusion::CameraDepth as u32),
+        ("OCCLUSION_VOXELS", HintOcclusion::Voxels as u32),
+        ("BOUNCE_LITERAL", HintBounce::HintsLiteral as u32),
+        ("RECONSTRUCT_TAPS", HintReconstruction::Taps as u32),
+        ("SLOT_LIGHTS", SLOT_LIGHTS),
+        ("SLOT_EMISSION", SLOT_EMISSION),
+        ("SLOT_SKY", SLOT_SKY),
+        ("SLOT_BOUNCES", SLOT_BOUNCES),
+        ("SHOW_LIGHT", HintView::Light as u32),
+        ("SHOW_FIRST_BOUNCE", HintView::FirstBounce as u32),
+        ("SHOW_EMISSION", HintView::Emission as u32),
+        ("SHOW_SKY", HintView::Sky as u32),
+        ("SHOW_SECOND_BOUNCE", HintView::SecondBounce as u32),
+        ("SHOW_LATER_BOUNCES", HintView::LaterBounces as u32),
+        ("SHOW_NEAREST", HintView::Nearest as u32),
+        ("SHOW_FARTHEST", HintView::Farthest as u32),
+        ("SHOW_VISIBILITY", HintView::Visibility as u32),
+        ("SHOW_CONFIDENCE", HintView::Confidence as u32),
+    ]
+    .map(|(name, value)| ShaderDefVal::UInt(name.into(), value))
+    .into()
+}
