@@ -207,9 +207,13 @@ fn update_help(
             )
         }
     };
+    let hints = match debug.show_hints {
+        true => format!("\nhints: {}", debug.hint_view.legend()),
+        false => String::new(),
+    };
     for mut text in &mut text {
         text.0 = format!(
-            "{:.1} ms   technique: {technique}   view: {}{off}\n{}\n\
+            "{:.1} ms   technique: {technique}   view: {}{off}\n{}{hints}\n\
              F1: inspector   G: GI on/off   T: technique   V: view   B: volumes and probes\n\
              P: quality preset   C: taps and samples of hints at the cursor   H: this help{hold}\n\
              WASD, E, Q: fly   Shift: faster   right mouse button: look\n{}",

@@ -78,6 +78,7 @@ pub enum Figure {
     ReactionOn,
     Lag,
     Settling,
+    Jump,
     /// By the wall's index in [`WALLS`].
     Leak(usize),
 }
@@ -98,6 +99,7 @@ impl Figure {
             Self::ReactionOn => "lamp on: frames to 90 %".into(),
             Self::Lag => "moving: relative RMSE to the settled picture".into(),
             Self::Settling => "after moving: frames to 90 %".into(),
+            Self::Jump => "moved at once: frames to 90 %".into(),
             Self::Leak(wall) => format!("leak through {} voxels of wall", WALLS[wall]),
         }
     }
@@ -105,7 +107,9 @@ impl Figure {
     pub fn format(self, value: f32) -> String {
         match self {
             Self::Still | Self::Pan | Self::Leak(_) => format!("{:.2} %", 100.0 * value),
-            Self::ReactionOff | Self::ReactionOn | Self::Settling => format!("{value:.0}"),
+            Self::ReactionOff | Self::ReactionOn | Self::Settling | Self::Jump => {
+                format!("{value:.0}")
+            }
             Self::GpuMs | Self::MemoryMib => format!("{value:.1}"),
             _ => format!("{value:.3}"),
         }
@@ -240,5 +244,13 @@ fn over_time(
         figures.push((Figure::Lag, following.lag));
         figures.push((Figure::Settling, settling as f32));
         curves.push(("after moving".into(), following.curve));
+        studio.settle(effort.frames);
+        let at_once = Effort {
+            motion_frames: 1,
+            ..*effort
+        };
+        let jump = quality::following(studio, motion, &at_once).curve;
+        figures.push((Figure::Jump, jump.frames_to_90_percent() as f32));
+        curves.push(("moved at once".into(), jump));
     }
 }

@@ -3,7 +3,7 @@
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::surface::{
-    Surface, diffuse_albedo, load_surface, previous_uv, specular_albedo, view,
+    Surface, diffuse_albedo, load_surface, position_at, previous_uv, specular_albedo, view,
 }
 #import bevy_pbr::ssao_utils::ssao_multibounce
 #import bevy_pbr::utils::octahedral_decode
@@ -43,8 +43,14 @@ struct Indirect {
     similar: f32,
 }
 
+// The point that gathered pixel `at` shows, metres.
+fn gathered_point(at: vec2<i32>, depth: f32) -> vec3<f32> {
+    let pixel = vec2<u32>(at) * composite.divisor + composite.divisor / 2u;
+    return position_at(min(pixel, vec2<u32>(view.viewport.zw) - 1u), depth);
+}
+
 // Joint bilateral upsampling (Kopf et al. 2007): the four gathered pixels around, by how much
-// their surface is this one.
+// their surface is this one: the same plane, not the same depth, or slanted walls would show bands.
 fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
     let divisor = f32(composite.divisor);
     let at = (vec2<f32>(pixel) - f32(composite.divisor / 2u)) / divisor;
@@ -63,7 +69,8 @@ fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
         }
         let b = mix(1.0 - f, f, vec2<f32>(o));
         let facing = saturate(dot(octahedral_decode(other.xy), s.normal));
-        let apart = abs(other.z - s.depth) / max(s.depth, 1e-3);
+        let off = dot(s.normal, gathered_point(tap, other.z) - s.position);
+        let apart = abs(off) / max(s.depth, 1e-3);
         // Never quite 0: a pixel that no neighbour resembles takes the most similar.
         let w = (b.x * b.y + 1e-3) * (pow(facing, 8.0) + 1e-3) / (1e-3 + apart * apart * 100.0 + 1e-4 * apart);
         diffuse += w * textureLoad(diffuse_texture, tap, 0);

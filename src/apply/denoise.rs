@@ -128,7 +128,7 @@ type ViewLight = (&'static ViewIndirect, &'static ViewHistory);
 pub(crate) fn prepare_denoise(
     mut commands: Commands,
     views: Query<(Entity, Option<ViewLight>, Has<ViewDenoised>)>,
-    settling: Query<(), With<Settling>>,
+    settling: Query<&Settling>,
     settings: Res<GiSettings>,
     pipeline: Option<Res<DenoisePipeline>>,
     cache: Res<PipelineCache>,
@@ -148,8 +148,7 @@ pub(crate) fn prepare_denoise(
             size: indirect.size,
             full_size: indirect.full_size,
             divisor: indirect.divisor,
-            // Short histories are noisier.
-            radius: settings.denoise_radius + u32::from(!settling.is_empty()),
+            radius: settings.denoise_radius + settling.iter().map(|s| s.blur).max().unwrap_or(0),
         });
         uniform.write_buffer(&device, &queue);
         let [diffuse, specular, surface] = history.result();

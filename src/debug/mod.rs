@@ -2,9 +2,9 @@
 //! picture or inside of it.
 //!
 //! Views of the screen are drawn by the composite, views of voxels by `voxels.rs`, into which a technique
-//! puts its own cells as a `VoxelView`, views from lights by `light_maps.rs`. What lies at points of space is drawn inside of the picture:
-//! volumes and their cells as gizmos (`gizmos.rs`), everything else as spheres by one instanced pass
-//! (`shapes.rs`), for which a technique puts its own points into a `DebugShapes`.
+//! puts its own cells as a `VoxelView`, views from lights by `light_maps.rs`. What lies at points of space is
+//! drawn inside of the picture: volumes and their cells as gizmos (`gizmos.rs`), everything else as spheres by
+//! one instanced pass (`shapes.rs`), for which a technique puts its own points into a `DebugShapes`.
 
 mod gizmos;
 pub(crate) mod light_maps;
@@ -67,6 +67,9 @@ pub struct GiDebugSettings {
     pub show_hints: bool,
     /// What those show. Default: all light.
     pub hint_view: HintView,
+    /// The picture, too, is lit by just what [`hint_view`](Self::hint_view) names, if that is a part of the light:
+    /// a single bounce, emission or the sky. Default `false`.
+    pub only_hint_view: bool,
     /// Draws the point that is picked, the hint that lights it most, and the taps over it at which
     /// [`HintReconstruction::Taps`](crate::HintReconstruction) reads. Default `false`.
     pub show_taps: bool,

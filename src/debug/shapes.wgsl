@@ -16,6 +16,13 @@ struct Fragment {
     @builtin(frag_depth) depth: f32,
 }
 
+// Before the eye, spheres shrink away: they would hide everything, cut by the near plane.
+fn visible_radius(shape: Shape) -> f32 {
+    let orthographic = view.clip_from_view[3].w == 1.0;
+    let radii = distance(shape.center, view.world_position) / max(shape.radius, 1e-6);
+    return shape.radius * select(saturate(radii / 4.0 - 1.0), 1.0, orthographic);
+}
+
 @vertex
 fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) index: u32) -> Vertex {
     // Two triangles of a square.
@@ -23,7 +30,7 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) index: u3
     let at = select(corner, -corner, vertex >= 3u);
     let shape = shapes[index];
     // Somewhat larger: seen near by, a sphere hides more than the square through its middle.
-    let reach = 1.3 * shape.radius;
+    let reach = 1.3 * visible_radius(shape);
     let world = shape.center + reach * (at.x * view.world_from_view[0].xyz + at.y * view.world_from_view[1].xyz);
     return Vertex(view.clip_from_world * vec4(world, 1.0), world, index);
 }
@@ -35,12 +42,13 @@ fn fragment(in: Vertex) -> Fragment {
     let dir = normalize(select(in.world - view.world_position, -view.world_from_view[2].xyz, orthographic));
     let to_center = shape.center - in.world;
     let along = dot(to_center, dir);
-    let inside = shape.radius * shape.radius - dot(to_center, to_center) + along * along;
+    let radius = visible_radius(shape);
+    let inside = radius * radius - dot(to_center, to_center) + along * along;
     if inside < 0.0 {
         discard;
     }
     let point = in.world + dir * (along - sqrt(inside));
-    let n = (point - shape.center) / shape.radius;
+    let n = (point - shape.center) / radius;
     // Ambient cube (Mitchell et al. 2006, "Shading in Valve's Source engine").
     var light = vec3(0.0);
     for (var axis = 0u; axis < 3u; axis++) {

@@ -257,6 +257,12 @@ pub enum HintView {
     Confidence,
     /// Mean albedo of the surfaces around, where light bounces from hint to hint in colour.
     Albedo,
+    /// Where spherical harmonics ring: irradiance below zero, over what the same light from everywhere would
+    /// give. Black 0, red 1.
+    Negative,
+    /// Where light would leak without [`ProbeSet::visibility`](crate::ProbeSet::visibility): part of the six
+    /// neighbours that the hint does not see. Black 0, red 1.
+    Leak,
 }
 
 impl HintView {
@@ -278,6 +284,8 @@ impl HintView {
             Self::Visibility => "guessed visibility of the picked hint: black 0, white 1",
             Self::Confidence => "1 - nearest: black 0, white 1",
             Self::Albedo => "mean albedo around, 0 to 1",
+            Self::Negative => "irradiance below zero, over that of the mean light: black 0, red 1",
+            Self::Leak => "part of the six neighbours that the hint does not see: black 0, red 1",
         }
     }
 }

@@ -3,13 +3,11 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use bevy::{
-    diagnostic::DiagnosticsStore,
-    ecs::prelude::*,
+    diagnostic::DiagnosticsStore, ecs::prelude::*, platform::time::Instant,
     render::renderer::RenderAdapterInfo,
-    time::{Real, Time},
 };
 use bevy_egui::egui;
-use egui_plot::{Line, Plot, PlotPoints};
+use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoints};
 
 use crate::{GiSettings, GiStatistics, GiSupport, GiTechnique};
 
@@ -46,15 +44,18 @@ pub(super) fn record(
     mut history: ResMut<CostHistory>,
     diagnostics: Res<DiagnosticsStore>,
     settings: Res<GiSettings>,
-    time: Res<Time<Real>>,
     mut before: Local<Option<GiTechnique>>,
+    mut last_frame: Local<Option<Instant>>,
 ) {
     // What another technique cost is no part of the sum.
     if before.replace(settings.technique) != Some(settings.technique) {
         history.passes.clear();
     }
-    push(&mut history.frame, time.delta_secs_f64() * 1000.0);
-    let now = time.last_update();
+    let now = Instant::now();
+    let Some(frame) = last_frame.replace(now).map(|last| now - last) else {
+        return;
+    };
+    push(&mut history.frame, frame.as_secs_f64() * 1000.0);
     let mut new: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
     for diagnostic in diagnostics.iter() {
         let path = diagnostic.path().as_str();
@@ -70,9 +71,9 @@ pub(super) fn record(
             _ => continue,
         };
         // A pass that did not run in the last frames keeps its last value there; here it costs nothing.
-        let measured = diagnostic.measurement().filter(|m| {
-            now.is_some_and(|now| now.duration_since(m.time) < time.delta().max(MIN_AGE) * 4)
-        });
+        let measured = diagnostic
+            .measurement()
+            .filter(|m| now.duration_since(m.time) < frame.max(MIN_AGE) * 4);
         new.entry(pass).or_default()[slot] = measured.map_or(0.0, |m| m.value);
     }
     for (pass, [gpu, cpu]) in new {
@@ -145,6 +146,23 @@ fn points(values: impl ExactSizeIterator<Item = f64>) -> PlotPoints<'static> {
     values.map(|(i, v)| [(first + i) as f64, v]).collect()
 }
 
+/// About four marks, at round numbers.
+fn marks(input: GridInput) -> Vec<GridMark> {
+    let (low, high) = input.bounds;
+    let rough = ((high - low) / 4.0).max(1e-6);
+    let power = 10.0_f64.powf(rough.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * power);
+    let step = steps.into_iter().find(|step| *step >= rough);
+    let step_size = step.unwrap_or(rough);
+    let numbers = (low / step_size).ceil() as i64..=(high / step_size).floor() as i64;
+    numbers
+        .map(|i| GridMark {
+            value: i as f64 * step_size,
+            step_size,
+        })
+        .collect()
+}
+
 fn plot(name: &str) -> Plot<'_> {
     Plot::new(name)
         .height(110.0)
@@ -152,6 +170,7 @@ fn plot(name: &str) -> Plot<'_> {
         .include_x(FRAMES as f64)
         .include_y(0.0)
         .show_axes([false, true])
+        .y_grid_spacer(marks)
         .allow_zoom(false)
         .allow_drag(false)
         .allow_scroll(false)

@@ -183,8 +183,8 @@ pub(crate) struct WantedView {
 #[derive(Resource)]
 pub(crate) struct CaptureViews<K: CaptureKind> {
     views: HashMap<(Entity, u32), Entity>,
-    /// Whether any mesh was added or removed this frame, or waits for an asset.
-    pub changed: bool,
+    /// View entities in which a mesh was added or removed this frame, or waits for an asset.
+    changed: HashSet<Entity>,
     pipelines: HashSet<CachedRenderPipelineId>,
     kind: PhantomData<K>,
 }
@@ -193,7 +193,7 @@ impl<K: CaptureKind> Default for CaptureViews<K> {
     fn default() -> Self {
         Self {
             views: HashMap::new(),
-            changed: false,
+            changed: HashSet::default(),
             pipelines: HashSet::default(),
             kind: PhantomData,
         }
@@ -203,6 +203,13 @@ impl<K: CaptureKind> Default for CaptureViews<K> {
 impl<K: CaptureKind> CaptureViews<K> {
     pub fn get(&self, owner: Entity, index: u32) -> Option<Entity> {
         self.views.get(&(owner, index)).copied()
+    }
+
+    /// Whether a view shows something else than before: a mesh was added or removed this frame, or waits for an
+    /// asset.
+    pub fn changed(&self, owner: Entity, index: u32) -> bool {
+        let view = self.views.get(&(owner, index));
+        view.is_some_and(|view| self.changed.contains(view))
     }
 
     /// Whether every pipeline is compiled: until then, meshes would be missing.
@@ -328,7 +335,7 @@ impl<K: CaptureKind> Default for PendingCaptures<K> {
 /// Adds meshes that are new in a view to its phase, and removes those that left.
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn queue_captures<K: CaptureKind>(
-    views: Query<(&ExtractedView, &RenderVisibleEntities), With<CaptureView<K>>>,
+    views: Query<(Entity, &ExtractedView, &RenderVisibleEntities), With<CaptureView<K>>>,
     mut capture: ResMut<CaptureViews<K>>,
     mut phases: ResMut<CapturePhases<K>>,
     mut pending: ResMut<PendingCaptures<K>>,
@@ -346,8 +353,8 @@ fn queue_captures<K: CaptureKind>(
 ) {
     let mut param = param.into_inner();
     let capture = capture.bypass_change_detection();
-    capture.changed = false;
-    for (view, visible) in &views {
+    capture.changed.clear();
+    for (id, view, visible) in &views {
         let retained = view.retained_view_entity;
         let (Some(class), Some(phase)) = (visible.get::<Mesh3d>(), phases.get_mut(&retained))
         else {
@@ -355,13 +362,13 @@ fn queue_captures<K: CaptureKind>(
         };
         for &entity in dirty.iter_to_dequeue(retained, class) {
             phase.remove(entity);
-            capture.changed = true;
+            capture.changed.insert(id);
         }
         let queue = pending.0.prepare_for_new_frame(retained);
         for (render_entity, main_entity) in dirty.iter_to_queue(retained, class, &queue.prev_frame)
         {
             // Whatever comes of it: the picture of the scene is not the same as before.
-            capture.changed = true;
+            capture.changed.insert(id);
             let prepare = || {
                 let material_instance = material_instances.instances.get(main_entity)?;
                 let mesh_instance = mesh_instances.render_mesh_queue_data(*main_entity)?;

@@ -1,18 +1,22 @@
-//! What each light looks at: the projections of its shadow maps and reflective shadow maps.
+//! What each light looks at: the projections of its shadow maps and reflective shadow maps, and the meshes
+//! in each.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use bevy::{
+    ecs::entity::Entity,
     math::{
-        Mat4, Vec3, Vec3A,
+        Mat4, UVec2, Vec3, Vec3A, Vec4,
         bounding::{Aabb3d, BoundingVolume},
     },
     transform::components::Transform,
 };
 
 use super::{
+    capture::WantedView,
     lights::{LightKind, SceneLight},
-    visibility::corners,
+    visibility::{Caster, SceneCasters, corners, grid_bounds, overlaps},
+    volume::VolumeGrid,
 };
 
 /// Nearer to a point, rect or spot light than this, nothing is seen. Metres.
@@ -28,6 +32,108 @@ impl MapView {
     pub fn clip_from_world(&self) -> Mat4 {
         self.clip_from_view * self.world_from_view.to_matrix().inverse()
     }
+}
+
+/// Half-spaces that a view lies in: what is wholly outside of one of them is not seen. Planes as
+/// `normal . p + w >= 0`. A point between a light and what it lights may be nearer than the near plane of a
+/// directional one, so that plane is none of them.
+struct Sides([Vec4; 5]);
+
+impl Sides {
+    fn new(clip_from_world: &Mat4) -> Self {
+        let [x, y, w] = [0, 1, 3].map(|row| clip_from_world.row(row));
+        Self([w + x, w - x, w + y, w - y, w])
+    }
+
+    fn sees(&self, bounds: &Aabb3d) -> bool {
+        let center = Vec3::from(bounds.center());
+        let half = Vec3::from(bounds.half_size());
+        let outside = |side: &Vec4| {
+            let normal = side.truncate();
+            normal.dot(center) + side.w + normal.abs().dot(half) < 0.0
+        };
+        !self.0.iter().any(outside)
+    }
+}
+
+/// What all lights look at.
+pub(crate) struct LitScene<'a> {
+    volumes: Aabb3d,
+    casters: Vec<&'a Caster>,
+    bounds: Aabb3d,
+}
+
+/// One map of a light, and what it sees.
+pub(crate) struct LightView {
+    pub face: u32,
+    pub view: MapView,
+    /// Main-world meshes, sorted.
+    meshes: Vec<Entity>,
+    /// What they look like, see [`SceneCasters::content`].
+    pub content: u64,
+}
+
+impl LightView {
+    /// What draws the map.
+    pub fn wanted(self, owner: Entity, size: u32) -> WantedView {
+        WantedView {
+            owner,
+            index: self.face,
+            clip_from_view: self.view.clip_from_view,
+            world_from_view: self.view.world_from_view,
+            size: UVec2::splat(size),
+            meshes: self.meshes,
+        }
+    }
+}
+
+impl<'a> LitScene<'a> {
+    /// `None` without volumes or casters: then no map shows anything.
+    pub fn new<'g>(
+        grids: impl Iterator<Item = &'g VolumeGrid>,
+        casters: impl Iterator<Item = &'a Caster>,
+    ) -> Option<Self> {
+        let volumes = grids.filter_map(|grid| grid.0.as_ref().map(grid_bounds));
+        let casters: Vec<_> = casters.collect();
+        let bounds = casters.iter().map(|caster| caster.bounds);
+        Some(Self {
+            volumes: volumes.reduce(|a, b| a.merge(&b))?,
+            bounds: bounds.reduce(|a, b| a.merge(&b))?,
+            casters,
+        })
+    }
+
+    /// Whether a light gets to any volume.
+    pub fn is_reached_by(&self, light: &SceneLight) -> bool {
+        reach(light).is_none_or(|reach| overlaps(&reach, &self.volumes))
+    }
+
+    /// The maps of a light.
+    pub fn views(&self, light: &SceneLight) -> Vec<LightView> {
+        let reach = reach(light);
+        let casters = self.casters.iter();
+        let reached: Vec<_> = casters
+            .filter(|c| reach.is_none_or(|reach| overlaps(&c.bounds, &reach)))
+            .collect();
+        let views = light_views(light, &self.volumes, &self.bounds);
+        let views = views.into_iter().enumerate().map(|(face, view)| {
+            let sides = Sides::new(&view.clip_from_world());
+            let seen = || reached.iter().filter(|c| sides.sees(&c.bounds));
+            LightView {
+                face: face as u32,
+                view,
+                meshes: seen().map(|c| c.entity).collect(),
+                content: SceneCasters::content(seen().copied().copied()),
+            }
+        });
+        views.collect()
+    }
+}
+
+/// How far a light gets; `None`: everywhere.
+fn reach(light: &SceneLight) -> Option<Aabb3d> {
+    let unbounded = light.gpu.kind == LightKind::Directional as u32;
+    (!unbounded).then(|| Aabb3d::new(light.gpu.position, Vec3::splat(light.gpu.range)))
 }
 
 fn any_up(direction: Vec3) -> Vec3 {
@@ -75,7 +181,7 @@ fn perspective_view(position: Vec3, direction: Vec3, fov: f32) -> MapView {
 }
 
 /// The views of a light's maps, in the order of `cube_face` in `lights.wgsl`.
-pub(crate) fn light_views(light: &SceneLight, volumes: &Aabb3d, casters: &Aabb3d) -> Vec<MapView> {
+fn light_views(light: &SceneLight, volumes: &Aabb3d, casters: &Aabb3d) -> Vec<MapView> {
     let gpu = &light.gpu;
     if gpu.kind == LightKind::Directional as u32 {
         return vec![directional_view(gpu.direction, volumes, casters)];
@@ -87,4 +193,46 @@ pub(crate) fn light_views(light: &SceneLight, volumes: &Aabb3d, casters: &Aabb3d
     let axes = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
     axes.map(|axis| perspective_view(gpu.position, axis, FRAC_PI_2))
         .into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube(center: Vec3) -> Aabb3d {
+        Aabb3d::new(center, Vec3::splat(0.1))
+    }
+
+    #[test]
+    fn a_spot_sees_what_is_before_it() {
+        let view = perspective_view(Vec3::new(0.0, 2.0, 0.0), Vec3::NEG_Y, FRAC_PI_2);
+        let sides = Sides::new(&view.clip_from_world());
+        for (center, seen) in [
+            (Vec3::ZERO, true),
+            (Vec3::new(1.9, 0.0, 0.0), true),
+            // Half in it.
+            (Vec3::new(2.05, 0.0, 0.0), true),
+            (Vec3::new(2.4, 0.0, 0.0), false),
+            (Vec3::new(0.0, 0.0, -2.4), false),
+            (Vec3::new(0.0, 2.5, 0.0), false),
+        ] {
+            assert_eq!(sides.sees(&cube(center)), seen, "{center}");
+        }
+    }
+
+    #[test]
+    fn the_sun_sees_what_is_above_the_volume() {
+        let volume = Aabb3d::new(Vec3::ZERO, Vec3::splat(1.0));
+        let casters = Aabb3d::new(Vec3::ZERO, Vec3::splat(9.0));
+        let view = directional_view(Vec3::NEG_Y, &volume, &casters);
+        let sides = Sides::new(&view.clip_from_world());
+        for (center, seen) in [
+            (Vec3::ZERO, true),
+            (Vec3::new(0.5, 8.0, 0.5), true),
+            (Vec3::new(1.5, 0.0, 0.0), false),
+            (Vec3::new(0.0, 0.0, -1.5), false),
+        ] {
+            assert_eq!(sides.sees(&cube(center)), seen, "{center}");
+        }
+    }
 }

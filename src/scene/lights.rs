@@ -44,7 +44,8 @@ pub struct GiLight {
     /// maps are shadowed as such.
     pub shadows: bool,
     /// Texels along the side of its reflective shadow maps, rounded up to a power of two; 0: as
-    /// [`GiSettings::rsm_size`] has it. Range 0, 64..=2048, default 0.
+    /// [`GiSettings::rsm_size`] has it. Range 0, 64..=2048, default 0. Cost: all maps take the memory of the
+    /// largest.
     pub rsm_size: u32,
     /// Frames between two updates of its reflective shadow maps, at least. Range 1..=256, default 1. Cost:
     /// inversely proportional, while the light or what it sees moves.
@@ -151,6 +152,20 @@ pub struct SceneLight {
 }
 
 impl SceneLight {
+    /// Luminous flux of the strongest colour, lumens; of a directional light its illuminance, lux.
+    fn power(&self) -> f32 {
+        let gpu = &self.gpu;
+        let unit = match gpu.kind {
+            kind if kind == LightKind::Point as u32 => 4.0 * PI,
+            kind if kind == LightKind::Spot as u32 => 2.0 * PI * (1.0 - gpu.cos_outer),
+            kind if kind == LightKind::Rect as u32 => {
+                4.0 * PI * gpu.half_width.length() * gpu.half_height.length()
+            }
+            _ => 1.0,
+        };
+        unit * gpu.color.max_element()
+    }
+
     /// Shadow maps of this light: the faces of a cube, or one.
     pub fn shadow_maps(&self) -> usize {
         if !self.shadows {
@@ -165,10 +180,10 @@ impl SceneLight {
     }
 }
 
-/// All lights that take part, strongest first, in the render world.
+/// All lights that take part, in the render world.
 #[derive(Resource, Default)]
 pub struct SceneLights {
-    /// Strongest first.
+    /// Directional ones first, then the others by luminous flux.
     pub lights: Vec<SceneLight>,
     /// Grows whenever a light changes.
     pub version: u64,
@@ -321,7 +336,6 @@ pub(crate) fn extract_lights(
     point: Extract<LightQuery<PointLight>>,
     spot: Extract<LightQuery<SpotLight>>,
     rect: Extract<LightQuery<RectLight>>,
-    statistics: Res<GiStatistics>,
     mut scene: ResMut<SceneLights>,
 ) {
     let mut lights = Vec::new();
@@ -329,26 +343,33 @@ pub(crate) fn extract_lights(
     collect(&point, settings.auto_lights, &mut lights);
     collect(&spot, settings.auto_lights, &mut lights);
     collect(&rect, settings.auto_lights, &mut lights);
-    // The strongest get the shadow maps; the entity makes the order, and so the sums, repeatable.
+    // The strongest get the maps; the entity makes the order, and so the sums, repeatable.
     lights.sort_by(|a, b| {
-        let power = |l: &SceneLight| l.gpu.color.max_element();
-        (a.gpu.kind.cmp(&b.gpu.kind))
-            .then(power(b).total_cmp(&power(a)))
+        let sun = |l: &SceneLight| l.gpu.kind == LightKind::Directional as u32;
+        (sun(b).cmp(&sun(a)))
+            .then(b.power().total_cmp(&a.power()))
             .then(a.entity.cmp(&b.entity))
     });
-    let without = super::shadows::assign(&mut lights, settings.max_shadow_maps as usize);
-    if without > 0 {
-        let warning = format!(
-            "{without} lights bounce without shadows: there are no more than \
-             GiSettings.max_shadow_maps = {} maps",
-            settings.max_shadow_maps
-        );
-        warn_once!("{warning}");
-        statistics.warn(vec![warning]);
-    }
+    super::shadows::assign(&mut lights, settings.max_shadow_maps as usize);
     if lights != scene.lights {
         scene.lights = lights;
         scene.version += 1;
+    }
+}
+
+/// Says that lights go without maps, and what follows.
+pub(crate) fn warn_of_lights(
+    statistics: &GiStatistics,
+    without: usize,
+    consequence: &str,
+    max: u32,
+) {
+    if without > 0 {
+        let warning = format!(
+            "{without} lights {consequence}: there are no more than GiSettings.max_shadow_maps = {max} maps"
+        );
+        warn_once!("{warning}");
+        statistics.warn(vec![warning]);
     }
 }
 

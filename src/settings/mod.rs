@@ -195,8 +195,9 @@ pub struct GiSettings {
     /// Texels along the side of each shadow map that the bounced light uses. A point or rect light
     /// takes six of them, any other one. Range 64..=2048, default 512. 4 bytes a texel.
     pub shadow_map_size: u32,
-    /// Most shadow maps at once; lights beyond, in order of power, bounce without shadow. As many
-    /// reflective ones; lights beyond have none. Range 1..=256, default 48.
+    /// Most shadow maps at once, and most reflective ones. Directional lights come first, then those of the
+    /// most lumens, as far as theirs fit in; others bounce without shadow, or without reflective ones do not
+    /// bounce. Range 1..=256, default 48.
     pub max_shadow_maps: u32,
     /// Texels along the side of each reflective shadow map, rounded up to a power of two: what techniques
     /// see of what a light lights. A point or rect light takes six of them, any other one. Range

@@ -63,6 +63,9 @@ pub(crate) trait Technique: Send + Sync + 'static {
 pub(crate) struct Settling {
     /// Most past frames that a camera mixes in meanwhile: as few as the noise of the gather allows.
     pub history_frames: u32,
+    /// Gathered pixels by which the spatial filter reaches farther meanwhile, for what noise so short a history
+    /// leaves.
+    pub blur: u32,
 }
 
 /// What the gather needs of a technique's cache.

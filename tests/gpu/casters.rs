@@ -17,7 +17,7 @@ use bevy_gi::{GiMaterial, GiMaterialPlugin, prelude::*};
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
-    support::{app, camera, material, read_voxels, settle},
+    support::{Vpl, app, camera, material, read_voxels, read_vpls, settle},
 };
 
 /// An app with a volume around the origin.
@@ -27,12 +27,16 @@ fn volume() -> Headless {
     headless
 }
 
-/// A volume of 3.2 m in voxels of 0.1 m around the origin, and a camera that looks at it.
+/// A volume of 3.2 m in voxels of 0.1 m around the origin, a camera and a sun that look at it from +z. Virtual point
+/// lights are computed because they are shown.
 fn spawn_volume(headless: &mut Headless) {
-    headless
-        .app
-        .world_mut()
-        .spawn(GiVolume::new(Vec3::splat(3.2)).with_resolution(32));
+    let world = headless.app.world_mut();
+    world.resource_mut::<GiDebugSettings>().show_vpls = true;
+    world.spawn(GiVolume::new(Vec3::splat(3.2)).with_resolution(32));
+    world.spawn((
+        DirectionalLight::default(),
+        Transform::default().looking_to(Vec3::NEG_Z, Vec3::Y),
+    ));
     camera(
         headless,
         UVec2::splat(16),
@@ -64,8 +68,17 @@ fn assert_near(a: Option<Vec3>, b: Vec3, what: &str) {
     );
 }
 
+/// Light leaves from a plane.
+fn assert_lit_at(headless: &mut Headless, z: f32, what: &str) {
+    for vpl in read_vpls(headless) {
+        let dz = (vpl.position.z - z).abs();
+        assert!(dz < 0.01, "{what}: light from {vpl:?}");
+        assert!(vpl.flux.y > 0.0, "{what}: no light from {vpl:?}");
+    }
+}
+
 #[test]
-fn skins_and_morph_targets_are_voxelized_where_they_are() {
+fn skins_and_morph_targets_are_voxelized_and_lit_where_they_are() {
     // A skin with one joint.
     let mut headless = volume();
     let white = material(&mut headless, diffuse([0.5; 3]));
@@ -111,6 +124,7 @@ fn skins_and_morph_targets_are_voxelized_where_they_are() {
             "skin",
         );
         assert_eq!(voxels.albedo(Vec3::new(0.0, 0.0, 0.05)), None, "bind pose");
+        assert_lit_at(&mut headless, z, "skin");
     }
 
     // A morph target that lifts the square by a metre.
@@ -148,11 +162,12 @@ fn skins_and_morph_targets_are_voxelized_where_they_are() {
             "morph",
         );
         assert_eq!(voxels.albedo(Vec3::new(0.0, 0.0, 0.05)), None, "rest pose");
+        assert_lit_at(&mut headless, z, "morph");
     }
 }
 
 #[test]
-fn textures_colour_voxels_and_masks_cut_them() {
+fn textures_colour_voxels_and_bounced_light_and_masks_cut_them() {
     // Left half red and there, right half green and cut out.
     let image = Image::new(
         Extent3d {
@@ -192,6 +207,19 @@ fn textures_colour_voxels_and_masks_cut_them() {
             Some(color) => assert_near(at(0.35), color, "right half"),
             None => assert_eq!(at(0.35), None, "what the mask cuts out"),
         }
+        // The texture is filtered: in the middle is some of both.
+        let vpls = read_vpls(&mut headless);
+        let left = vpls.iter().filter(|vpl| vpl.position.x < -0.25);
+        let red = |vpl: &Vpl| vpl.flux.x > 0.0 && vpl.flux.y < 0.01 * vpl.flux.x;
+        assert!(
+            left.clone().count() > 0 && left.into_iter().all(red),
+            "left half"
+        );
+        let right_half = vpls.iter().filter(|vpl| vpl.position.x > 0.25);
+        let green = |vpl: &Vpl| vpl.flux.y > 0.0 && vpl.flux.x < 0.01 * vpl.flux.y;
+        let count = right_half.clone().count();
+        assert_eq!(count > 0, right.is_some(), "right half: {mode:?}");
+        assert!(right_half.into_iter().all(green), "right half");
     }
 }
 

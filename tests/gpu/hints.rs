@@ -74,7 +74,8 @@ fn a_uniform_field_bounces_with_the_average_albedo() {
 }
 
 /// Equation 8 as printed divides by the number of places once too often, and lets all light so far bounce again:
-/// with 16 places and an albedo of 1, a bounce adds a sixteenth of everything.
+/// with 16 places and an albedo of 1, a bounce adds a sixteenth of everything, as far as the confidences of all places
+/// (equation 9) sum up to one.
 #[test]
 fn the_literal_equation_bounces_as_it_is_printed() {
     let mut scene = uniform_field();
@@ -127,19 +128,30 @@ fn guesses_and_taps_have_the_numbers_of_the_paper() {
         &mut headless,
         "#import bevy_gi::technique::hints::guess::tap_offset
         fn value(i: u32) -> f32 {
-            let tap = tap_offset(i / 3u);
-            return tap[i % 3u];
+            // The paper's four, and seven on a wider ring.
+            let few = i < 12u;
+            let j = select(i - 12u, i, few);
+            let tap = tap_offset(j / 3u, select(7u, 4u, few), select(0.5, 0.17364818, few));
+            return tap[j % 3u];
         }",
-        12,
+        12 + 21,
     );
     let taps: Vec<_> = taps.chunks(3).map(Vec3::from_slice).collect();
     assert!((taps[0] - Vec3::new(0.0, 0.0, 1.5)).length() < 1e-5);
-    for tap in &taps[1..] {
+    for tap in &taps[1..4] {
         assert!((tap.z - 0.674).abs() < 1e-3 && (tap.truncate().length() - 0.985).abs() < 1e-3);
     }
+    for tap in &taps[5..] {
+        assert!((tap.z - 1.0).abs() < 1e-3 && (tap.truncate().length() - 0.866).abs() < 1e-3);
+    }
     // Evenly around.
-    let sum = taps[1] + taps[2] + taps[3];
-    assert!(sum.truncate().length() < 1e-4);
+    for ring in [&taps[1..4], &taps[5..]] {
+        let sum: Vec3 = ring.iter().sum();
+        assert!(sum.truncate().length() < 1e-4);
+        let neighbours = ring.windows(2).map(|pair| pair[0].distance(pair[1]));
+        let first = ring[0].distance(ring[1]);
+        assert!(neighbours.into_iter().all(|d| (d - first).abs() < 1e-4));
+    }
 }
 
 /// A floor of albedo 0.8 lit by a sun at an angle `beta`, one lux across its rays, gives a plate that hangs

@@ -328,6 +328,18 @@ fn randomize(value: &mut dyn PartialReflect, random: &mut Random) {
     }
 }
 
+/// A component of an entity with everything in it at random; it comes where it is not yet.
+fn randomize_component<
+    C: Component<Mutability = bevy::ecs::component::Mutable> + Default + PartialReflect,
+>(
+    world: &mut World,
+    entity: Entity,
+    random: &mut Random,
+) {
+    let mut entity = world.entity_mut(entity);
+    randomize(&mut *entity.entry::<C>().or_default().into_mut(), random);
+}
+
 fn type_text(headless: &mut Headless, text: &str) {
     let world = headless.app.world_mut();
     let mut contexts = world.query_filtered::<Entity, With<PrimaryEguiContext>>();
@@ -358,9 +370,23 @@ fn limit_work(world: &mut World) {
     let mut settings = world.resource_mut::<GiSettings>();
     settings.gather_resolution = bevy_gi::GatherResolution::Quarter;
     settings.shadow_map_size = settings.shadow_map_size.min(256);
+    let mut hints = world.resource_mut::<RadianceHintsSettings>();
+    hints.samples = hints.samples.min(32);
+    hints.bounce_samples = hints.bounce_samples.min(16);
+    hints.bounces = hints.bounces.min(3);
     let mut volumes = world.query::<&mut GiVolume>();
     for mut volume in volumes.iter_mut(world) {
         volume.resolution = volume.resolution.min(48);
+    }
+    let mut cascades = world.query::<&mut GiCascades>();
+    for mut cascades in cascades.iter_mut(world) {
+        cascades.levels = cascades.levels.min(2);
+        cascades.resolution = cascades.resolution.min(32);
+    }
+    let mut probes = world.query::<&mut ProbeSet>();
+    for mut probes in probes.iter_mut(world) {
+        probes.resolution = probes.resolution.min(12);
+        probes.rays = probes.rays.min(64);
     }
 }
 
@@ -400,7 +426,8 @@ fn nothing_that_is_set_breaks_anything() {
     let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
     let volume = volumes.single(world).expect("the scene has a volume");
     let mut lights = world.query_filtered::<Entity, With<PointLight>>();
-    let lights: Vec<_> = lights.iter(world).collect();
+    let light = lights.iter(world).next().expect("the scene has a lamp");
+    let cascades = world.spawn_empty().id();
     let registry = world.resource::<GiSettingsRegistry>().clone();
     let entries: Vec<_> = registry.iter().collect();
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
@@ -409,9 +436,10 @@ fn nothing_that_is_set_breaks_anything() {
         let tabs = Tab::ALL;
         let mut inspector = world.resource_mut::<GiInspector>();
         inspector.tab = tabs[random.next() as usize % tabs.len()];
-        inspector.selected = [None, Some(volume), Some(camera)][random.next() as usize % 3];
+        inspector.selected =
+            [None, Some(volume), Some(camera), Some(cascades)][random.next() as usize % 4];
         // One field of one resource, or one of the scene.
-        let i = random.next() as usize % (entries.len() + 2);
+        let i = random.next() as usize % (entries.len() + 5);
         if let Some(entry) = entries.get(i) {
             if let Some(mut value) = entry.get_mut(world)
                 && let ReflectMut::Struct(fields) = value.reflect_mut()
@@ -419,13 +447,18 @@ fn nothing_that_is_set_breaks_anything() {
                 let field = random.next() as usize % fields.field_len();
                 randomize(fields.field_at_mut(field).unwrap(), &mut random);
             }
-        } else if i == entries.len() {
-            let mut volume = world.get_mut::<GiVolume>(volume).unwrap();
-            randomize(&mut *volume, &mut random);
-        } else if let Some(light) = lights.first() {
-            let mut share = GiLight::default();
-            randomize(&mut share, &mut random);
-            world.entity_mut(*light).insert(share);
+        } else {
+            match i - entries.len() {
+                0 => randomize_component::<GiVolume>(world, volume, &mut random),
+                1 => randomize_component::<ProbeSet>(world, volume, &mut random),
+                // Cascades come and go.
+                2 if random.next().is_multiple_of(3) => {
+                    world.entity_mut(cascades).remove::<GiCascades>();
+                }
+                2 => randomize_component::<GiCascades>(world, cascades, &mut random),
+                3 => randomize_component::<GiCamera>(world, camera, &mut random),
+                _ => randomize_component::<GiLight>(world, light, &mut random),
+            }
         }
         limit_work(world);
         headless.step();

@@ -28,7 +28,8 @@ fn errors(scene: &Scene, effort: &Effort) -> Vec<(GiTechnique, Errors)> {
         .collect()
 }
 
-/// Light that bounces under a bulb, light of the sky, light of what shines.
+/// Light that bounces under a bulb, light of the sky, light of what shines, light that comes through a door or around
+/// corners.
 #[test]
 fn techniques_agree_with_the_truth() {
     let effort = Effort {
@@ -43,6 +44,8 @@ fn techniques_agree_with_the_truth() {
         ("cornell", 0.15, 0.35),
         ("cornell_area", 0.15, 0.35),
         ("sky_court", 0.15, 0.35),
+        ("two_rooms", 0.15, 0.35),
+        ("tunnel", 0.2, 0.35),
         ("glossy_floor", 0.25, 0.45),
     ] {
         let scene = scenes::find(name).expect("the scene is bundled");

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_4, PI};
 
 use bevy::{color::palettes::css, prelude::*};
-use bevy_gi::{LightShare, prelude::*};
+use bevy_gi::{GiStatistics, LightShare, prelude::*};
 
 use crate::{
     common::{
@@ -259,29 +259,43 @@ fn shown(
     headless.picture(target)
 }
 
-/// Frames of the last `count` in which maps were drawn.
-fn drawn(headless: &mut Headless, count: u32) -> usize {
-    headless.steps(count);
-    let passes = headless.passes_ms.iter();
-    let maps = passes.filter(|(name, _)| name.contains("gi/scene/rsm/"));
-    maps.flat_map(|(_, ms)| ms).filter(|ms| **ms > 0.0).count()
+/// Maps that are drawn in each of the next `count` frames.
+fn drawn(headless: &mut Headless, count: u32) -> Vec<u64> {
+    let frames = 0..count;
+    frames
+        .map(|_| {
+            headless.step();
+            let statistics = headless.app.world().resource::<GiStatistics>();
+            statistics.counts()["scene/rsm_drawn"]
+        })
+        .collect()
+}
+
+fn all_drawn(headless: &mut Headless, count: u32) -> u64 {
+    drawn(headless, count).iter().sum()
+}
+
+/// A lamp with six maps.
+fn lamp(headless: &mut Headless, lumens: f32, x: f32, range: f32) -> Entity {
+    let light = PointLight {
+        intensity: lumens,
+        range,
+        ..default()
+    };
+    let at = Transform::from_xyz(x, 1.5, 0.0);
+    headless.app.world_mut().spawn((light, at)).id()
+}
+
+fn shift(headless: &mut Headless, entity: Entity) {
+    let mut entity = headless.app.world_mut().entity_mut(entity);
+    entity.get_mut::<Transform>().unwrap().translation.x += 0.1;
 }
 
 /// A map is drawn when its light or what it sees has moved, and only then.
 #[test]
 fn maps_are_drawn_only_when_something_moved() {
     let (mut headless, _) = closed_room([ALBEDO; 3]);
-    let world = headless.app.world_mut();
-    let light = world
-        .spawn((
-            PointLight {
-                intensity: 1000.0,
-                range: 5.0,
-                ..default()
-            },
-            Transform::from_xyz(0.0, 1.5, 0.0),
-        ))
-        .id();
+    let light = lamp(&mut headless, 1000.0, 0.0, 5.0);
     let box_material = material(&mut headless, diffuse([ALBEDO; 3]));
     let near = slab(
         &mut headless,
@@ -296,13 +310,13 @@ fn maps_are_drawn_only_when_something_moved() {
         &box_material,
     );
     settle(&mut headless, 6);
-    assert_eq!(drawn(&mut headless, 6), 0, "nothing moves");
+    assert_eq!(all_drawn(&mut headless, 6), 0, "nothing moves");
 
     let before = total(&read_vpls(&mut headless));
     let world = headless.app.world_mut();
     world.get_mut::<PointLight>(light).unwrap().intensity = 2000.0;
     assert_eq!(
-        drawn(&mut headless, 6),
+        all_drawn(&mut headless, 6),
         0,
         "the light only changes its strength"
     );
@@ -310,11 +324,111 @@ fn maps_are_drawn_only_when_something_moved() {
     assert!((after / before - 2.0).abs() < 1e-3, "{before} to {after}");
 
     let moved = |headless: &mut Headless, entity| {
-        let world = headless.app.world_mut();
-        world.get_mut::<Transform>(entity).unwrap().translation.x += 0.1;
-        drawn(headless, 6)
+        shift(headless, entity);
+        all_drawn(headless, 6)
     };
-    assert!(moved(&mut headless, light) > 0, "the light moves");
-    assert!(moved(&mut headless, near) > 0, "what it lights moves");
+    assert_eq!(moved(&mut headless, light), 6, "the light moves");
+    assert_eq!(
+        moved(&mut headless, near),
+        1,
+        "what one of six faces sees moves"
+    );
     assert_eq!(moved(&mut headless, far), 0, "what it does not reach moves");
+}
+
+/// At most as many as the settings say, each in its turn, and all in the end.
+#[test]
+fn a_frame_draws_no_more_maps_than_it_may() {
+    let (mut headless, _) = closed_room([ALBEDO; 3]);
+    headless
+        .app
+        .world_mut()
+        .resource_mut::<GiSettings>()
+        .rsm_updates = 4;
+    let lamps = [
+        lamp(&mut headless, 1000.0, -0.5, 1e4),
+        lamp(&mut headless, 500.0, 0.5, 1e4),
+    ];
+    settle(&mut headless, 6);
+    for lamp in lamps {
+        shift(&mut headless, lamp);
+    }
+    let counts = drawn(&mut headless, 8);
+    println!("{counts:?}");
+    let working: Vec<_> = counts.iter().filter(|count| **count > 0).collect();
+    assert_eq!(working, [&4, &4, &4]);
+    // While they go on moving, every map has its turn again after three frames.
+    for frame in 0..6 {
+        for lamp in lamps {
+            shift(&mut headless, lamp);
+        }
+        assert_eq!(drawn(&mut headless, 1), [4], "frame {frame}");
+    }
+    // What was drawn at other places is all the light there is.
+    headless.steps(4);
+    let sum = total(&read_vpls(&mut headless));
+    assert!((sum / (ALBEDO * 1500.0) - 1.0).abs() < 0.01, "{sum} lm");
+}
+
+/// Lamps that change places by power, come or go, leave the maps of the others as they are.
+#[test]
+fn maps_stay_with_their_lights() {
+    let (mut headless, _) = closed_room([ALBEDO; 3]);
+    let first = lamp(&mut headless, 1000.0, -0.5, 1e4);
+    let second = lamp(&mut headless, 500.0, 0.5, 1e4);
+    settle(&mut headless, 6);
+    let lumens = |headless: &mut Headless, expected: f32, what: &str| {
+        let sum = total(&read_vpls(headless));
+        println!("{what}: {sum} lm");
+        assert!(
+            (sum / (ALBEDO * expected) - 1.0).abs() < 0.01,
+            "{what}: {sum}"
+        );
+    };
+    lumens(&mut headless, 1500.0, "two lamps");
+
+    let world = headless.app.world_mut();
+    world.get_mut::<PointLight>(first).unwrap().intensity = 100.0;
+    assert_eq!(all_drawn(&mut headless, 4), 0, "they change places");
+    lumens(&mut headless, 600.0, "the first is dimmed");
+
+    let third = lamp(&mut headless, 3000.0, 0.0, 1e4);
+    assert_eq!(all_drawn(&mut headless, 4), 6, "only the new one is drawn");
+    lumens(&mut headless, 3600.0, "with a third");
+
+    headless.app.world_mut().despawn(first);
+    assert_eq!(all_drawn(&mut headless, 4), 0, "one is gone");
+    lumens(&mut headless, 3500.0, "without the first");
+    // Nothing is left of where it was: every virtual light belongs to one of the others.
+    headless.app.world_mut().despawn(third);
+    assert_eq!(all_drawn(&mut headless, 4), 0, "another one is gone");
+    lumens(&mut headless, 500.0, "only the second");
+    assert!(headless.app.world().get_entity(second).is_ok());
+}
+
+/// Lights whose maps do not fit do not bounce, and it is said; smaller ones after them still fit.
+#[test]
+fn maps_that_do_not_fit_leave_room_for_others() {
+    let (mut headless, _) = closed_room([ALBEDO; 3]);
+    headless
+        .app
+        .world_mut()
+        .resource_mut::<GiSettings>()
+        .max_shadow_maps = 7;
+    lamp(&mut headless, 1000.0, -0.5, 1e4);
+    lamp(&mut headless, 500.0, 0.5, 1e4);
+    let spot = SpotLight {
+        intensity: 400.0,
+        range: 10.0,
+        ..default()
+    };
+    let down = Transform::from_xyz(0.0, 2.5, 0.0).looking_to(Vec3::NEG_Y, Vec3::X);
+    headless.app.world_mut().spawn((spot, down));
+    settle(&mut headless, 6);
+    let sum = total(&read_vpls(&mut headless));
+    let expected = ALBEDO * (1000.0 + spot_lumens(&spot));
+    assert!((sum / expected - 1.0).abs() < 0.01, "{sum} of {expected}");
+    let warnings = headless.app.world().resource::<GiStatistics>().warnings();
+    let said = warnings.iter().any(|w| w.contains("do not bounce"));
+    assert!(said, "{warnings:?}");
 }

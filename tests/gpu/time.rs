@@ -1,25 +1,28 @@
 //! Light over time: still where nothing changes, quick where something does; and volumes that move
 //! or overlap.
 
-use bevy::{diagnostic::FrameCount, prelude::*};
+use bevy::prelude::*;
 use bevy_gi::prelude::*;
 
 use crate::{
     common::{
-        figures::Stability,
+        figures::{Stability, frames_to_90_percent},
         headless::Headless,
         scenes::{
             cornell::{self, CornellLight},
             stage::diffuse,
         },
     },
-    support::{app, assert_sane, camera, material, mean, room, settle, show, spawn_cornell},
+    support::{
+        app, assert_sane, camera, choose, material, mean, room, settle, show, spawn_cornell,
+    },
 };
 
 const SIZE: UVec2 = UVec2::new(192, 112);
 
-fn cornell_box() -> (Headless, Handle<Image>) {
+fn cornell_box(technique: GiTechnique) -> (Headless, Handle<Image>) {
     let mut headless = app();
+    choose(&mut headless, technique);
     spawn_cornell(&mut headless);
     let view = cornell::view();
     let (_, target) = camera(&mut headless, SIZE, view.eye, view.look, view.fov);
@@ -27,61 +30,77 @@ fn cornell_box() -> (Headless, Handle<Image>) {
     (headless, target)
 }
 
-/// Temporal standard deviation of a still picture, over its mean.
-#[test]
-fn a_still_picture_stands_still() {
-    let (mut headless, target) = cornell_box();
+/// Temporal standard deviation of a still picture, over its mean. A step of an 8-bit sRGB display is about 1 % of
+/// luminance at mid grey.
+fn check_stillness(technique: GiTechnique, most: f32) {
+    let (mut headless, target) = cornell_box(technique);
     settle(&mut headless, 80);
     let mut stability = Stability::new(SIZE);
     headless.record(&target, 48, |_, _| {}, |_, picture| stability.add(&picture));
     let relative = stability.deviation();
     println!(
-        "still scene: mean temporal deviation {:.3} %",
+        "still scene, {technique:?}: mean temporal deviation {:.3} %",
         100.0 * relative
     );
-    // Not to be seen: a step of an 8-bit sRGB display is about 1 % of luminance at mid grey.
-    assert!(relative < 0.0075, "{relative}");
+    assert!(relative < most, "{relative}");
 }
 
-/// Frames until the light of a switched lamp has come to 90 % of where it goes.
 #[test]
-fn light_that_changes_is_followed() {
-    let (mut headless, target) = cornell_box();
+fn a_still_picture_stands_still() {
+    check_stillness(GiTechnique::VoxelConeTracing, 0.0075);
+}
+
+#[test]
+fn a_still_picture_of_hints_stands_still() {
+    check_stillness(GiTechnique::RadianceHints, 0.002);
+}
+
+/// Frames until the light of a lamp that is switched has come to 90 % of where it goes, for good, and that none of
+/// it lingers.
+fn check_reaction(technique: GiTechnique, most: u32) {
+    let (mut headless, target) = cornell_box(technique);
     settle(&mut headless, 60);
     let lit = mean(&headless.picture(&target));
-    let set = |headless: &mut Headless, on: bool| {
+    let [(off, dark), (on, again)] = [false, true].map(|on| {
         let world = headless.app.world_mut();
         let mut lights = world.query_filtered::<&mut PointLight, With<CornellLight>>();
         for mut light in lights.iter_mut(world) {
             light.intensity *= if on { 1e3 } else { 1e-3 };
         }
-    };
-    let frames_to = |headless: &mut Headless, from: f32, to: f32| {
-        let count = |headless: &Headless| headless.app.world().resource::<FrameCount>().0;
-        let start = count(headless);
-        while count(headless) < start + 120 {
-            // A read-back renders a few frames itself.
-            let now = mean(&headless.picture(&target));
-            if ((now - from) / (to - from)) > 0.9 {
-                return count(headless) - start;
-            }
-        }
-        panic!("the light does not change from {from} to {to} within 120 frames");
-    };
-    set(&mut headless, false);
-    let off = frames_to(&mut headless, lit, 0.0);
-    headless.steps(60);
-    let dark = mean(&headless.picture(&target));
+        let mut means = Vec::new();
+        headless.record(
+            &target,
+            60,
+            |_, _| {},
+            |_, picture| means.push(mean(&picture)),
+        );
+        headless.steps(40);
+        let to = mean(&headless.picture(&target));
+        let from = if on { 1e-3 * lit } else { lit };
+        let ways: Vec<_> = [from]
+            .iter()
+            .chain(&means)
+            .map(|now| (now - to).abs())
+            .collect();
+        (frames_to_90_percent(&ways), to)
+    });
+    println!("{technique:?}, to 90 %: {off} frames after switching off, {on} after switching on");
     assert!(dark < 0.01 * lit, "{dark} of {lit} lingers");
-    set(&mut headless, true);
-    let on = frames_to(&mut headless, dark, lit);
-    println!("to 90 %: {off} frames after switching off, {on} after switching on");
-    headless.steps(60);
-    let again = mean(&headless.picture(&target));
     assert!(
         (again / lit - 1.0).abs() < 0.01,
         "{again} is not {lit} again"
     );
+    assert!(off < most && on < most, "{off} and {on} frames");
+}
+
+#[test]
+fn light_that_changes_is_followed() {
+    check_reaction(GiTechnique::VoxelConeTracing, 40);
+}
+
+#[test]
+fn hints_follow_light_that_changes() {
+    check_reaction(GiTechnique::RadianceHints, 8);
 }
 
 /// A lit room; its irradiance, seen from inside.

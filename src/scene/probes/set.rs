@@ -60,9 +60,10 @@ pub struct ProbeSet {
     /// shadow maps). Without, light goes through walls. Default `true`. Cost: a texture read for each of the
     /// eight probes around a point.
     pub visibility: bool,
-    /// While light changes all the time, probes that are more than two cells away from everything, and so
-    /// light no surface, are looked at in every fourth frame only. Default `true`. Saves up to three
-    /// quarters of their share of all probes.
+    /// While light changes all the time, probes are looked at in every fourth frame only that are more than two
+    /// cells away from everything, and so light no surface, and those whose light changed by less than a
+    /// hundredth when they were looked at last. Default `true`. Saves up to three quarters of their share of
+    /// all probes.
     pub sleeping: bool,
     /// Distance from the surface, along its normal, of the point whose visibility counts, as a fraction of a
     /// cell. Range 0..=1, default 0.25. Too little: surfaces shade themselves; too much: light leaks.

@@ -8,10 +8,7 @@ use bevy::{
         system::{SystemParamItem, lifetimeless::*},
     },
     material::{MaterialProperties, key::ErasedMaterialPipelineKey},
-    math::{
-        Mat4, UVec2, Vec3,
-        bounding::{Aabb3d, BoundingVolume},
-    },
+    math::{Mat4, Vec3},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{DrawPrepass, MeshPipelineKey},
     render::{
@@ -22,15 +19,16 @@ use bevy::{
 
 use super::{prepare::SceneRsm, types::GpuRsmMap};
 use crate::{
+    gpu::statistics::GiStatistics,
     scene::{
         capture::{
             CaptureKind, CapturePhase, CapturePhases, CapturePipeline, CaptureViews,
-            PrepassPipelines, WantedView, sync_views,
+            PrepassPipelines, sync_views,
         },
-        light_views::{MapView, light_views},
-        lights::{LightKind, SceneLight, SceneLights},
+        light_views::{LitScene, MapView},
+        lights::{SceneLight, SceneLights, warn_of_lights},
         needs::SceneNeeds,
-        visibility::{SceneCasters, grid_bounds, overlaps},
+        visibility::SceneCasters,
         volume::VolumeGrid,
     },
     settings::GiSettings,
@@ -70,8 +68,12 @@ pub(crate) struct RsmMap {
     pub gpu: GpuRsmMap,
     /// Of the meshes that it may show, see [`SceneCasters::content`].
     pub content: u64,
-    /// What the layer shows.
+    /// What its layer shows,
     pub drawn: Option<Drawn>,
+    /// and which layer that was in the last frame.
+    pub layer: Option<u32>,
+    /// Whether it must be drawn once more although nothing is known to have changed.
+    pub in_doubt: bool,
     /// Frames since it was last drawn.
     pub age: u32,
     /// Frames that it stays as it is at least.
@@ -156,61 +158,51 @@ pub(crate) fn extract_rsm_views(
     mut views: ResMut<CaptureViews<RsmCapture>>,
     mut phases: ResMut<CapturePhases<RsmCapture>>,
     support: Res<GpuPreprocessingSupport>,
+    statistics: Res<GiStatistics>,
 ) {
-    let volumes = grids
-        .iter()
-        .filter_map(|grid| grid.0.as_ref().map(grid_bounds))
-        .reduce(|a, b| a.merge(&b));
-    let casting = casters.casters.iter().map(|c| c.bounds);
-    let casting = casting.reduce(|a, b| a.merge(&b));
-
+    let scene = LitScene::new(grids.iter(), casters.casters.iter());
     let mut maps = Vec::new();
     let mut wanted = Vec::new();
-    if let (Some(volumes), Some(casting), true) = (volumes, casting, needs.rsm) {
+    let mut without = 0;
+    if let (Some(scene), true) = (scene, needs.rsm) {
         for (number, light) in lights.lights.iter().enumerate() {
-            let reach = Aabb3d::new(light.gpu.position, Vec3::splat(light.gpu.range));
-            let unbounded = light.gpu.kind == LightKind::Directional as u32;
             // What a lamp cannot reach, it does not light: then it has no maps.
-            if !unbounded && !overlaps(&reach, &volumes) {
+            if !scene.is_reached_by(light) {
                 continue;
             }
-            let reached = || {
-                let all = casters.casters.iter();
-                all.filter(|c| unbounded || overlaps(&c.bounds, &reach))
-            };
             let size = light.rsm_size.unwrap_or(settings.rsm_size);
             let size = size.next_power_of_two();
-            let views = light_views(light, &volumes, &casting);
+            let views = scene.views(light);
             if maps.len() + views.len() > settings.max_shadow_maps as usize {
-                break;
+                without += 1;
+                continue;
             }
-            let content = SceneCasters::content(reached());
-            for (face, view) in views.into_iter().enumerate() {
-                let face = face as u32;
-                let gpu = gpu_map(light, number, &view, size);
+            for view in views {
+                let gpu = gpu_map(light, number, &view.view, size);
                 if gpu.world_from_clip.is_finite() && gpu.world_from_clip != Mat4::ZERO {
                     maps.push(RsmMap {
                         light: light.entity,
-                        face,
+                        face: view.face,
                         gpu,
-                        content,
+                        content: view.content,
                         drawn: None,
+                        layer: None,
+                        in_doubt: false,
                         age: u32::MAX,
                         interval: light.rsm_interval,
                         draw_now: false,
                     });
-                    wanted.push(WantedView {
-                        owner: light.entity,
-                        index: face,
-                        clip_from_view: view.clip_from_view,
-                        world_from_view: view.world_from_view,
-                        size: UVec2::splat(size),
-                        meshes: reached().map(|c| c.entity).collect(),
-                    });
+                    wanted.push(view.wanted(light.entity, size));
                 }
             }
         }
     }
+    warn_of_lights(
+        &statistics,
+        without,
+        "do not bounce, without a reflective shadow map",
+        settings.max_shadow_maps,
+    );
     rsm.replace(maps, settings.rsm_updates);
     sync_views(&mut commands, &mut views, &mut phases, &support, wanted);
 }

@@ -7,10 +7,11 @@
 //! # Maps
 //!
 //! One layer of a texture array a map: a directional light has one, orthographic, around all volumes; a
-//! spot one perspective; a point or rect light the six faces of a cube. A map is drawn again only when
-//! its light moved or something that it sees changed, the longest waiting first, at most
-//! [`GiSettings::rsm_updates`](crate::GiSettings::rsm_updates) a frame. A light that merely changes its
-//! colour or strength costs nothing: texels hold the light that they pass on per unit of the light's.
+//! spot one perspective; a point or rect light the six faces of a cube. The maps of a new light are drawn at
+//! once; after that, a map is drawn again only when its light moved or something in its view changed, the
+//! longest waiting first, at most [`GiSettings::rsm_updates`](crate::GiSettings::rsm_updates) a frame. A
+//! light that merely changes its colour or strength costs nothing: texels hold the light that they pass on
+//! per unit of the light's. When lights come or go, the maps of the others are copied.
 //!
 //! # Texel
 //!

@@ -175,6 +175,9 @@ pub(super) fn draw_rsm(
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
     let block = UVec3::new(8, 8, 1);
+    for copy in &job.copies {
+        copy.record(ctx.command_encoder());
+    }
     // One after the other: they share a G-buffer.
     for (i, group) in &job.draw {
         let map = &rsm.maps[*i];

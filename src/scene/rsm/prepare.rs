@@ -1,5 +1,7 @@
 //! Memory of the maps, and which of them are drawn this frame.
 
+use std::collections::HashMap;
+
 use bevy::{
     core_pipeline::{
         core_3d::CORE_3D_DEPTH_FORMAT,
@@ -32,6 +34,8 @@ pub struct SceneRsm {
     updates: usize,
     pub(super) gpu: StorageBuffer<GpuRsmMaps>,
     pub(super) textures: Option<RsmTextures>,
+    /// Those of before, from which layers are copied this frame.
+    copy: Option<RsmTextures>,
     /// Reads all of it: group 3 of whoever looks it up.
     pub(crate) bind_group: Option<BindGroup>,
     /// Grows whenever texels or virtual point lights have changed.
@@ -61,12 +65,46 @@ pub(super) struct RsmTextures {
 
 /// What a frame draws.
 pub(super) struct RsmJob {
+    /// What is kept of textures that were too small, or too large.
+    pub copies: Vec<RsmCopy>,
     /// Maps to draw, each with the bind group that makes texels of it.
     pub draw: Vec<(usize, BindGroup)>,
     /// For each level of the flux: its threads, and its bind group.
     pub sum: Vec<(UVec3, BindGroup)>,
     pub vpls: BindGroup,
     pub vpl_count: u32,
+}
+
+/// A layer of a texture that stays, in another one.
+pub(super) struct RsmCopy {
+    pub source: Tracked<Texture>,
+    pub target: Tracked<Texture>,
+    /// From which layer to which.
+    pub layers: (u32, u32),
+}
+
+impl RsmCopy {
+    /// All levels of the layer.
+    pub fn record(&self, encoder: &mut CommandEncoder) {
+        for mip_level in 0..self.source.mip_level_count() {
+            let side = self.source.width() >> mip_level;
+            let layer = |texture, z| TexelCopyTextureInfo {
+                texture,
+                mip_level,
+                origin: Origin3d { x: 0, y: 0, z },
+                aspect: TextureAspect::All,
+            };
+            encoder.copy_texture_to_texture(
+                layer(&**self.source, self.layers.0),
+                layer(&**self.target, self.layers.1),
+                Extent3d {
+                    width: side,
+                    height: side,
+                    depth_or_array_layers: 1,
+                },
+            );
+        }
+    }
 }
 
 impl SceneRsm {
@@ -88,18 +126,49 @@ impl SceneRsm {
         self.textures.as_ref().map(|textures| &*textures.vpls)
     }
 
-    /// The maps of a new frame. Those that were there before keep what they show.
+    /// The maps of a new frame, each light's together. Those that were there before keep what they show,
+    /// and their layer as long as all lights before theirs stay.
     pub(super) fn replace(&mut self, mut maps: Vec<RsmMap>, updates: u32) {
         self.updates = updates as usize;
-        for (i, new) in maps.iter_mut().enumerate() {
-            // A layer keeps its map as long as the maps before it stay.
-            let old = self.maps.get(i);
-            if let Some(old) = old.filter(|old| (old.light, old.face) == (new.light, new.face)) {
+        let mut places = HashMap::new();
+        for (i, old) in self.maps.iter().enumerate() {
+            places.entry(old.light).or_insert(i);
+        }
+        maps.sort_by_key(|new| places.get(&new.light).copied().unwrap_or(usize::MAX));
+        for new in &mut maps {
+            let first = places.get(&new.light).copied().unwrap_or(self.maps.len());
+            let old = self.maps[first..].iter();
+            let mut old = old.take_while(|old| old.light == new.light).enumerate();
+            if let Some((i, old)) = old.find(|(_, old)| old.face == new.face) {
+                new.layer = Some((first + i) as u32);
                 new.drawn = old.drawn;
+                new.in_doubt = old.in_doubt;
                 new.age = old.age.saturating_add(1);
             }
         }
         self.maps = maps;
+    }
+
+    /// Makes room for all maps, if there is another number of them or they have moved.
+    fn allocate(&mut self, vpl_count: u32, device: &RenderDevice, statistics: &GiStatistics) {
+        let layers = self.maps.len() as u32;
+        let size = self.maps.iter().map(|map| map.gpu.size).max().unwrap_or(64);
+        let shape = (size, layers, vpl_count);
+        let stay = (0..)
+            .zip(&self.maps)
+            .all(|(i, map)| map.layer.is_none_or(|layer| layer == i));
+        let fits = |t: &RsmTextures| (t.size, t.layers, t.vpl_count) == shape;
+        if stay && self.textures.as_ref().is_some_and(fits) {
+            return;
+        }
+        let new = RsmTextures::new(size, layers, vpl_count, device, statistics);
+        self.copy = self.textures.replace(new).filter(|old| old.size == size);
+        if self.copy.is_none() {
+            for map in &mut self.maps {
+                map.drawn = None;
+            }
+        }
+        self.written.clear();
     }
 }
 
@@ -128,7 +197,8 @@ impl RsmTextures {
             });
             statistics.texture(name, texture)
         };
-        let written = TextureUsages::STORAGE_BINDING;
+        let written =
+            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
         let drawn = TextureUsages::RENDER_ATTACHMENT;
         let target = |name, format| {
             texture(name, format, 1, 1, drawn)
@@ -201,37 +271,31 @@ pub(super) fn prepare_maps(
 ) {
     let rsm = &mut *rsm;
     rsm.stale = false;
+    rsm.copy = None;
     statistics.count("scene/rsm_maps", rsm.maps.len() as u64);
     statistics.count("scene/vpls", u64::from(rsm.vpl_count()));
     if rsm.maps.is_empty() {
         // Nobody looks: the memory is given back.
+        statistics.count("scene/rsm_drawn", 0);
         rsm.textures = None;
         rsm.bind_group = None;
         rsm.written.clear();
         return;
     }
-    let layers = rsm.maps.len() as u32;
-    let size = rsm.maps.iter().map(|map| map.gpu.size).max().unwrap_or(64);
     let vpl_count = settings.vpls.next_power_of_two();
-    let fits = |t: &RsmTextures| (t.size, t.layers, t.vpl_count) == (size, layers, vpl_count);
-    if !rsm.textures.as_ref().is_some_and(fits) {
-        let new = RsmTextures::new(size, layers, vpl_count, &device, &statistics);
-        rsm.textures = Some(new);
-        rsm.written.clear();
-        for map in &mut rsm.maps {
-            map.drawn = None;
-        }
-    }
+    rsm.allocate(vpl_count, &device, &statistics);
 
     let ready = pipelines.is_some_and(|p| p.ready(&cache)) && views.ready(&cache);
-    let complete = ready && !views.changed;
+    for map in &mut rsm.maps {
+        map.in_doubt |= views.changed(map.light, map.face);
+    }
     let mut stale: Vec<usize> = (0..rsm.maps.len())
         .filter(|i| {
             let map = &rsm.maps[*i];
             match map.drawn {
                 None => true,
                 Some(_) if settings.freeze_capture || map.age < map.interval => false,
-                Some(drawn) => drawn != map.wanted() || views.changed,
+                Some(drawn) => drawn != map.wanted() || map.in_doubt,
             }
         })
         .collect();
@@ -244,13 +308,15 @@ pub(super) fn prepare_maps(
         map.draw_now = rank < budget;
         if map.draw_now {
             map.age = 0;
-            map.drawn = complete.then(|| map.wanted());
+            map.drawn = Some(map.wanted());
+            map.in_doubt = !ready;
             queue.0.extend(views.get(map.light, map.face));
         }
     }
     let shown: Vec<_> = rsm.maps.iter().map(RsmMap::shown).collect();
-    let drawing = rsm.maps.iter().any(|map| map.draw_now);
-    rsm.stale = drawing || shown != rsm.written || rsm.share != settings.light_share;
+    let drawn = rsm.maps.iter().filter(|map| map.draw_now).count();
+    statistics.count("scene/rsm_drawn", drawn as u64);
+    rsm.stale = drawn > 0 || shown != rsm.written || rsm.share != settings.light_share;
     rsm.share = settings.light_share;
     if !rsm.stale {
         return;
@@ -295,6 +361,20 @@ pub(crate) fn prepare_bind_groups(
             textures.vpls.as_entire_binding(),
         )),
     ));
+    let kept = (0..).zip(&rsm.maps).filter(|(_, map)| map.drawn.is_some());
+    let kept = kept.filter_map(|(i, map)| Some((map.layer?, i)));
+    let copies = rsm.copy.iter().flat_map(|old| {
+        let pairs = [(&old.texels, &textures.texels), (&old.flux, &textures.flux)];
+        let copies = kept.clone().flat_map(move |layers| {
+            pairs.map(|(source, target)| RsmCopy {
+                source: source.clone(),
+                target: target.clone(),
+                layers,
+            })
+        });
+        copies.collect::<Vec<_>>()
+    });
+    let copies = copies.collect();
     let drawn = rsm.maps.iter().enumerate().filter(|(_, map)| map.draw_now);
     let draw: Vec<_> = drawn
         .map(|(i, _)| {
@@ -352,6 +432,7 @@ pub(crate) fn prepare_bind_groups(
         )),
     );
     rsm.job = Some(RsmJob {
+        copies,
         draw,
         sum,
         vpls,

@@ -14,10 +14,7 @@ use bevy::{
         system::{SystemParamItem, lifetimeless::*},
     },
     material::{MaterialProperties, key::ErasedMaterialPipelineKey},
-    math::{
-        Mat4, UVec2, Vec3,
-        bounding::{Aabb3d, BoundingVolume},
-    },
+    math::Mat4,
     mesh::MeshVertexBufferLayoutRef,
     pbr::{DrawDepthOnlyPrepass, DrawPrepass, MeshPipelineKey},
     render::{
@@ -35,12 +32,12 @@ use std::sync::Arc;
 use super::{
     capture::{
         CaptureKind, CaptureKindPlugin, CapturePhase, CapturePhases, CapturePipeline, CaptureQueue,
-        CaptureViews, PrepassPipelines, WantedView, preprocess_captures, sync_views,
+        CaptureViews, PrepassPipelines, preprocess_captures, sync_views,
     },
-    light_views::light_views,
-    lights::{LightKind, SceneLight, SceneLights},
+    light_views::LitScene,
+    lights::{SceneLight, SceneLights, warn_of_lights},
     needs::{NeedsKnown, SceneNeeds},
-    visibility::{SceneCasters, grid_bounds, overlaps},
+    visibility::SceneCasters,
     volume::VolumeGrid,
 };
 use crate::{
@@ -123,20 +120,15 @@ impl SceneShadows {
     }
 }
 
-/// Gives each light its maps, until `max` are given. The number of lights that get none.
-pub(crate) fn assign(lights: &mut [SceneLight], max: usize) -> usize {
-    let (mut next, mut without) = (0, 0);
+/// Gives each light its maps, as long as there are any of `max`.
+pub(crate) fn assign(lights: &mut [SceneLight], max: usize) {
+    let mut next = 0;
     for light in lights {
         let wanted = light.shadow_maps();
-        if wanted > 0 && next + wanted <= max {
-            light.gpu.shadow = next as i32;
-            next += wanted;
-        } else {
-            light.gpu.shadow = -1;
-            without += usize::from(wanted > 0);
-        }
+        let fits = wanted > 0 && next + wanted <= max;
+        light.gpu.shadow = if fits { next as i32 } else { -1 };
+        next += if fits { wanted } else { 0 };
     }
-    without
 }
 
 pub(crate) struct ShadowsPlugin;
@@ -181,54 +173,43 @@ fn extract_shadow_views(
     mut phases: ResMut<CapturePhases<ShadowCapture>>,
     support: Res<GpuPreprocessingSupport>,
     needs: Res<SceneNeeds>,
+    statistics: Res<GiStatistics>,
 ) {
     let shadows = &mut *shadows;
     if shadows.size != settings.shadow_map_size {
         shadows.size = settings.shadow_map_size;
         shadows.texture = None;
     }
-    let volumes = grids
-        .iter()
-        .filter_map(|grid| grid.0.as_ref().map(grid_bounds))
-        .reduce(|a, b| a.merge(&b));
-    let casting = || casters.casters.iter().filter(|caster| caster.shadow);
-    let casting_bounds = casting().map(|c| c.bounds).reduce(|a, b| a.merge(&b));
-
+    let casting = casters.casters.iter().filter(|caster| caster.shadow);
+    let scene = LitScene::new(grids.iter(), casting);
     let mut maps = Vec::new();
     let mut wanted = Vec::new();
-    if let (Some(volumes), Some(casting_bounds)) = (volumes, casting_bounds) {
-        let shadowed = |light: &&SceneLight| needs.shadows && light.gpu.shadow >= 0;
-        for light in lights.lights.iter().filter(shadowed) {
-            // A directional light reaches everything; others what is within their range.
-            let reach = Aabb3d::new(light.gpu.position, Vec3::splat(light.gpu.range));
-            let unbounded = light.gpu.kind == LightKind::Directional as u32;
-            let reached = || casting().filter(|c| unbounded || overlaps(&c.bounds, &reach));
-            let meshes: Vec<_> = reached().map(|c| c.entity).collect();
-            let content = SceneCasters::content(reached());
-            for (face, view) in light_views(light, &volumes, &casting_bounds)
-                .into_iter()
-                .enumerate()
-            {
-                let face = face as u32;
+    let mut without = 0;
+    if let (Some(scene), true) = (scene, needs.shadows) {
+        for light in &lights.lights {
+            if light.gpu.shadow < 0 {
+                without += usize::from(light.shadow_maps() > 0);
+                continue;
+            }
+            for view in scene.views(light) {
                 maps.push(ShadowMap {
                     light: light.entity,
-                    face,
-                    clip_from_world: view.clip_from_world(),
-                    content,
+                    face: view.face,
+                    clip_from_world: view.view.clip_from_world(),
+                    content: view.content,
                     drawn: None,
                     draw_now: false,
                 });
-                wanted.push(WantedView {
-                    owner: light.entity,
-                    index: face,
-                    clip_from_view: view.clip_from_view,
-                    world_from_view: view.world_from_view,
-                    size: UVec2::splat(shadows.size),
-                    meshes: meshes.clone(),
-                });
+                wanted.push(view.wanted(light.entity, shadows.size));
             }
         }
     }
+    warn_of_lights(
+        &statistics,
+        without,
+        "bounce without shadows",
+        settings.max_shadow_maps,
+    );
     for (new, old) in maps.iter_mut().zip(&shadows.maps) {
         if (new.light, new.face) == (old.light, old.face) {
             new.drawn = old.drawn;
@@ -300,14 +281,15 @@ fn prepare_shadows(
             map.drawn = None;
         }
     }
-    let ready = views.ready(&cache) && !views.changed;
+    let ready = views.ready(&cache);
     let mut matrices_changed = shadows.matrices.get().is_empty();
     for (i, map) in shadows.maps.iter_mut().enumerate() {
         let current = (map.clip_from_world, map.content);
         let frozen = settings.freeze_capture && map.drawn.is_some();
-        map.draw_now = !frozen && (map.drawn != Some(current) || views.changed);
+        let changed = views.changed(map.light, map.face);
+        map.draw_now = !frozen && (map.drawn != Some(current) || changed);
         if map.draw_now {
-            map.drawn = ready.then_some(current);
+            map.drawn = (ready && !changed).then_some(current);
             queue.0.extend(views.get(map.light, map.face));
             shadows.version += 1;
         }

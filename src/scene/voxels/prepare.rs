@@ -202,7 +202,7 @@ pub(crate) fn prepare_voxels(
         return;
     }
     let ready = pipelines.ready(&cache);
-    let complete = views.ready(&cache) && !views.changed;
+    let pipelines_ready = views.ready(&cache);
     for (entity, volume, voxels) in &mut volumes {
         let Some(mut voxels) = voxels else {
             if ready {
@@ -234,7 +234,8 @@ pub(crate) fn prepare_voxels(
         voxels.job = None;
         let wanted = (content.0, volume.grid);
         let frozen = settings.freeze_capture && voxels.captured.is_some();
-        if frozen || (voxels.captured == Some(wanted) && !views.changed) {
+        let changed = (0..3).any(|axis| views.changed(volume.main.id(), axis));
+        if frozen || (voxels.captured == Some(wanted) && !changed) {
             continue;
         }
         let axes = [0, 1, 2].map(|axis| views.get(volume.main.id(), axis));
@@ -243,7 +244,7 @@ pub(crate) fn prepare_voxels(
         };
         queue.0.extend([x, y, z]);
         // While pipelines are compiled, the scene is captured each frame: it grows complete.
-        voxels.captured = complete.then_some(wanted);
+        voxels.captured = (pipelines_ready && !changed).then_some(wanted);
         voxels.version += 1;
         voxels.current = 1 - voxels.current;
         voxels.previous_grid = voxels.grid;

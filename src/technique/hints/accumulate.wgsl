@@ -9,23 +9,28 @@
 // One of so many frames is a sleeping hint's turn; those of a workgroup have it together.
 const TURNS: u32 = 4u;
 const WORKGROUP: u32 = 64u;
-// Whether a hint that lights no surface is left as it is in this frame.
+// Whether a hint that lights no surface, or whose light has hardly changed, is left as it is in this frame.
 fn asleep(slot: u32, probe: u32) -> bool {
     let turn = (probe / WORKGROUP + hints.frame) % TURNS == 0u;
-    if turn || offsets[probe].w < hints.sleep_beyond {
-        return false;
-    }
-    return slots[slot_index(slot, 0u, probe, hints.coefficients, probe_count(probes.dims))].w != UNKNOWN;
+    // How much its light changed when it was looked at last.
+    let changed = slots[slot_index(slot, 0u, probe, hints.coefficients, probe_count(probes.dims))].w;
+    let sleepy = offsets[probe].w >= hints.sleep_beyond || changed < hints.quiet;
+    return !turn && sleepy && changed != UNKNOWN;
 }
 
-// Replaces a part of a slot's light by new light.
+// Replaces a part of a slot's light by new light, and notes by what part of it the mean light differs from before.
 fn blend_slot(slot: u32, probe: u32, light: ptr<function, array<vec3<f32>, 9>>, part: f32) {
     let count = probe_count(probes.dims);
+    let first = slots[slot_index(slot, 0u, probe, hints.coefficients, count)];
+    let difference = abs((*light)[0] - first.rgb);
+    let larger = max((*light)[0], first.rgb);
+    let changed = max(difference.r, max(difference.g, difference.b)) / max(max(larger.r, max(larger.g, larger.b)), 1e-12);
     for (var i = 0u; i < hints.coefficients; i++) {
         let at = slot_index(slot, i, probe, hints.coefficients, count);
         let before = slots[at];
         // What is there may be anything where nothing of it counts.
-        let anew = part >= 1.0 || before.w == UNKNOWN;
-        slots[at] = vec4(mix(select(before.rgb, vec3(0.0), anew), (*light)[i], select(part, 1.0, anew)), 0.0);
+        let anew = part >= 1.0 || first.w == UNKNOWN;
+        let light_ = mix(select(before.rgb, vec3(0.0), anew), (*light)[i], select(part, 1.0, anew));
+        slots[at] = vec4(light_, select(changed, 1.0, first.w == UNKNOWN));
     }
 }

@@ -15,7 +15,7 @@ use bevy::{
 use super::{
     node::{cache_layout, shader_defs},
     prepare::{HintsCache, prepare_hints},
-    types::{GpuHintsView, GpuPicked},
+    types::{GpuHintsView, GpuPicked, slots_of},
 };
 use crate::{
     debug::{
@@ -34,8 +34,8 @@ use crate::{
 };
 
 const NAME: &str = "gi/hints/show_hints";
-/// Four taps, the surface and the hint.
-const TAPS: u32 = 6;
+/// Seven taps at most, the surface and the hint.
+const TAPS: u32 = 9;
 /// Disks and samples of a hint that are marked at most.
 const MARKS: u32 = 512;
 
@@ -188,6 +188,7 @@ fn show_hints(
         let Some(lookup) = hints.bind_group() else {
             continue;
         };
+        let slots = slots_of(debug.hint_view, hints.slots);
         let mut uniform = UniformBuffer::from(GpuHintsView {
             pick_from: debug.pick_from,
             content: debug.hint_view as u32,
@@ -196,6 +197,9 @@ fn show_hints(
             slice: debug.slice as u32,
             slice_at: debug.slice_at,
             marks: MARKS,
+            taps: TAPS,
+            mask: slots.unwrap_or(0),
+            is_light: slots.is_some().into(),
         });
         uniform.write_buffer(&device, &queue);
         let picked = device.create_buffer(&BufferDescriptor {

@@ -4,11 +4,12 @@
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::gpu::sh::sh_cosine
 #import bevy_gi::scene::probes::bindings::{offsets, probes}
-#import bevy_gi::scene::probes::types::{cell_center, probe_coords, probe_count}
+#import bevy_gi::scene::probes::lookup::probe_sees
+#import bevy_gi::scene::probes::types::{cell_center, probe_coords, probe_count, probe_index}
 #import bevy_gi::technique::hints::bindings::hints
 #import bevy_gi::technique::hints::guess::guessed_visibility
 #import bevy_gi::technique::hints::lookup::{
-    Coefficients, distance_block, load_block, load_hint, tap, weigh,
+    Coefficients, distance_block, load_block, load_hint, tap, weigh_signed,
 }
 #import bevy_gi::technique::hints::slots::{slot_index, slots}
 #import bevy_gi::technique::hints::types::{HintsView, Picked}
@@ -19,19 +20,6 @@
 
 fn hint_position(probe: u32) -> vec3<f32> {
     return cell_center(probe_coords(probe, probes.dims), probes) + offsets[probe].xyz;
-}
-
-// The slots that are shown, a bit each; 0: not a part of the light.
-fn shown_slots() -> u32 {
-    let first = 1u << #{SLOT_BOUNCES}u;
-    switch shown.content {
-        case #{SHOW_FIRST_BOUNCE}u: { return 1u << #{SLOT_LIGHTS}u; }
-        case #{SHOW_EMISSION}u: { return 1u << #{SLOT_EMISSION}u; }
-        case #{SHOW_SKY}u: { return 1u << #{SLOT_SKY}u; }
-        case #{SHOW_SECOND_BOUNCE}u: { return first; }
-        case #{SHOW_LATER_BOUNCES}u: { return ((1u << shown.slots) - 1u) & ~(2u * first - 1u); }
-        default: { return 0u; }
-    }
 }
 
 // Light of some slots, as `load_hint` has that of all.
@@ -65,8 +53,33 @@ fn plain_value(probe: u32) -> vec3<f32> {
             let apart = distance(hint_position(probe), hint_position(picked.probe));
             return vec3(guessed_visibility(apart, own * hints.reach, distances * hints.reach));
         }
+        case #{SHOW_LEAK}u: { return vec3(hidden_neighbours(at, probe), 0.0, 0.0); }
         default: { return load_block(at, distance_block() + 1u).rgb; }
     }
+}
+
+// Part of the ways to the six neighbours that end before: between those, light would go through what is there.
+fn hidden_neighbours(at: vec3<u32>, probe: u32) -> f32 {
+    let p = hint_position(probe);
+    var hidden = 0.0;
+    var count = 1e-6;
+    for (var i = 0u; i < 6u; i++) {
+        let next = vec3<i32>(at) + vec3<i32>(side(i));
+        if any(next < vec3(0)) || any(next >= vec3<i32>(probes.dims)) {
+            continue;
+        }
+        let way = hint_position(probe_index(vec3<u32>(next), probes.dims)) - p;
+        let distance = max(length(way), 1e-4);
+        hidden += 1.0 - probe_sees(at, way / distance, distance);
+        count += 1.0;
+    }
+    return hidden / count;
+}
+
+fn side(i: u32) -> vec3<f32> {
+    var axis = vec3(0.0);
+    axis[i / 2u] = select(1.0, -1.0, (i & 1u) != 0u);
+    return axis;
 }
 
 // Whether a hint is in the layer that is shown.
@@ -88,19 +101,21 @@ fn show_hints(@builtin(global_invocation_id) id: vec3<u32>) {
     shape.center = hint_position(id.x);
     // Those that are inside of something light nothing.
     shape.radius = select(0.0, 0.12 * probes.cell, offsets[id.x].w > 0.0 && in_layer(at));
-    let mask = shown_slots();
-    let is_light = mask != 0u || shown.content == #{SHOW_LIGHT}u;
     var hint: Coefficients;
-    if mask != 0u {
-        hint = load_slots(id.x, mask);
-    } else if is_light {
+    if shown.is_light != 0u && shown.content != #{SHOW_LIGHT}u {
+        hint = load_slots(id.x, shown.mask);
+    } else {
         hint = load_hint(at);
     }
     for (var i = 0u; i < 6u; i++) {
-        var side = vec3(0.0);
-        side[i / 2u] = select(1.0, -1.0, (i & 1u) != 0u);
-        if is_light {
-            shape.sides[i] = vec4(weigh(hint, sh_cosine(side)), 1.0);
+        let light = weigh_signed(hint, sh_cosine(side(i)));
+        if shown.is_light != 0u {
+            shape.sides[i] = vec4(max(light, vec3(0.0)), 1.0);
+        } else if shown.content == #{SHOW_NEGATIVE}u {
+            // Over what the mean of all directions would be.
+            let mean = weigh_signed(hint, array(sh_cosine(side(i))[0], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
+            let lacking = max(-light / max(mean, vec3(1e-12)), vec3(0.0));
+            shape.sides[i] = vec4(saturate(max(lacking.r, max(lacking.g, lacking.b))), 0.0, 0.0, 0.0);
         } else {
             shape.sides[i] = vec4(plain_value(id.x), 0.0);
         }
@@ -108,18 +123,19 @@ fn show_hints(@builtin(global_invocation_id) id: vec3<u32>) {
     shapes[id.x] = shape;
 }
 
-// Four taps in green, the surface in white, the hint in red.
-@compute @workgroup_size(8)
+// The surface in white, the hint in red, and the taps in green.
+@compute @workgroup_size(16)
 fn show_taps(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= 6u {
+    if id.x >= shown.taps {
         return;
     }
+    let taps = hints.taps;
     var shape: Shape;
-    shape.radius = select(0.0, 0.25 * probes.cell, picked.exists != 0u);
+    shape.radius = select(0.0, 0.25 * probes.cell, picked.exists != 0u && id.x < taps + 2u);
     var color = vec3(0.1, 0.8, 0.2);
-    if id.x < 4u {
+    if id.x < taps {
         shape.center = tap(picked.position, picked.normal, id.x);
-    } else if id.x == 4u {
+    } else if id.x == taps {
         shape.center = picked.position;
         color = vec3(1.0);
     } else {

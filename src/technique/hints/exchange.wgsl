@@ -45,7 +45,8 @@ fn gather_hints_around(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         let dir = (q - p) / distance;
         let theirs = sample_distances(at);
-        let v = guessed_visibility(distance, own, theirs * hints.reach);
+        let guessed = guessed_visibility(distance, own, theirs * hints.reach);
+        let v = select(1.0, guessed, hints.guess_visibility != 0u);
         // Near a lit surface, light is more likely to come from there (equation 9).
         let confidence = 1.0 - theirs.x;
         visible += v;

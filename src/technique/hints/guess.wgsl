@@ -10,13 +10,13 @@ fn guessed_visibility(distance: f32, a: vec2<f32>, b: vec2<f32>) -> f32 {
     return 1.0 - saturate((distance - low) / max(high - low, 1e-4));
 }
 
-// Tap `i` of four over a surface, z along its normal, in units of their distance: one along the normal, three on a
-// ring 80 degrees from it, all lifted by a half (section 5), so that none is behind the surface.
-fn tap_offset(i: u32) -> vec3<f32> {
+// Tap `i` of `taps` over a surface, z along its normal, in units of their distance: one along the normal, the others
+// on a ring at an angle to it, all lifted by a half (section 5), so that none is behind the surface.
+fn tap_offset(i: u32, taps: u32, ring_cos: f32) -> vec3<f32> {
     let lift = vec3(0.0, 0.0, 0.5);
     if i == 0u {
         return lift + vec3(0.0, 0.0, 1.0);
     }
-    let phi = 2.09439510 * f32(i);
-    return lift + vec3(0.98480775 * vec2(cos(phi), sin(phi)), 0.17364818);
+    let phi = 6.28318530718 * f32(i) / f32(max(taps, 2u) - 1u);
+    return lift + vec3(sqrt(1.0 - ring_cos * ring_cos) * vec2(cos(phi), sin(phi)), ring_cos);
 }

@@ -15,9 +15,6 @@
 #import bevy_gi::technique::hints::types::SLOT_LIGHTS
 
 const PI: f32 = 3.14159265359;
-// Points on the way that are compared with what the light sees, and what is left of light by each that is hidden.
-const MARCH: u32 = 4u;
-const MARCH_LEFT: f32 = 0.5;
 
 // Distances of the nearest and the farthest sample of each hint, over the reach.
 @group(0) @binding(5) var<storage, read_write> distances: array<vec2<f32>>;
@@ -122,15 +119,15 @@ fn hidden_from_camera(p: vec3<f32>) -> bool {
 // Part of the light from `x` to `y` that is left, as depth guesses: that of map `index`, or of the camera.
 fn march(index: u32, x: vec3<f32>, y: vec3<f32>) -> f32 {
     var left = 1.0;
-    for (var i = 1u; i < MARCH; i++) {
-        let p = mix(x, y, f32(i) / f32(MARCH));
+    for (var i = 1u; i <= hints.occlusion_points; i++) {
+        let p = mix(x, y, f32(i) / f32(hints.occlusion_points + 1u));
         var hidden = false;
         if hints.occlusion == #{OCCLUSION_LIGHT_DEPTH}u {
             hidden = hidden_from_light(index, p);
         } else {
             hidden = hidden_from_camera(p);
         }
-        left *= select(1.0, MARCH_LEFT, hidden);
+        left *= select(1.0, hints.occlusion_left, hidden);
     }
     return left;
 }
@@ -159,8 +156,8 @@ fn add_disks(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, pr
             if hints.occlusion == #{OCCLUSION_LIGHT_DEPTH}u || hints.occlusion == #{OCCLUSION_CAMERA_DEPTH}u {
                 seen = march(m, texel.position + texel.normal * volume.voxel, y);
             }
-            // Nearer than half a cell, a texel that stands for many is no point.
-            let radius_squared = 0.25 * probes.cell * probes.cell;
+            // A texel that stands for many is no point.
+            let radius_squared = hints.min_distance * hints.min_distance;
             add_patch(gathered, y, Patch(texel.position, texel.normal, scale * texel.flux, radius_squared), seen);
         }
     }

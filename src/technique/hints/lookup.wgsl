@@ -41,14 +41,19 @@ fn load_hint(probe: vec3<u32>) -> Coefficients {
     return c;
 }
 
-// Light weighted by the coefficients of a lobe: nits, not negative.
-fn weigh(c: Coefficients, l: array<f32, 9>) -> vec3<f32> {
+// Light weighted by the coefficients of a lobe: nits; below zero where few bands ring.
+fn weigh_signed(c: Coefficients, l: array<f32, 9>) -> vec3<f32> {
     let low = vec4(l[0], l[1], l[2], l[3]);
     let high = vec4(l[4], l[5], l[6], l[7]);
     let light = vec3(dot(c.low[0], low), dot(c.low[1], low), dot(c.low[2], low))
         + vec3(dot(c.high[0], high), dot(c.high[1], high), dot(c.high[2], high))
         + c.last * l[8];
-    return max(light, vec3(0.0)) * RADIANCE_SCALE;
+    return light * RADIANCE_SCALE;
+}
+
+// The same, not negative.
+fn weigh(c: Coefficients, l: array<f32, 9>) -> vec3<f32> {
+    return max(weigh_signed(c, l), vec3(0.0));
 }
 
 // A point in the texture's first block, 0..1 each.
@@ -86,18 +91,18 @@ fn sample_albedo(point: vec3<f32>) -> vec3<f32> {
     return sample_block(point, distance_block() + 1u).rgb;
 }
 
-// Tap `i` of four over a surface.
+// Tap `i` over a surface.
 fn tap(p: vec3<f32>, n: vec3<f32>, i: u32) -> vec3<f32> {
-    return p + hints.tap_distance * (orthonormal(n) * tap_offset(i));
+    return p + hints.tap_distance * (orthonormal(n) * tap_offset(i, hints.taps, hints.ring_cos));
 }
 
-// Light at the four taps, weighted by a lobe.
+// Light at the taps, weighted by a lobe.
 fn tapped_light(p: vec3<f32>, n: vec3<f32>, lobe: array<f32, 9>) -> vec3<f32> {
     var sum = vec3(0.0);
-    for (var i = 0u; i < 4u; i++) {
-        sum += 0.25 * weigh(sample_hint(hint_point(tap(p, n, i))), lobe);
+    for (var i = 0u; i < hints.taps; i++) {
+        sum += weigh(sample_hint(hint_point(tap(p, n, i))), lobe);
     }
-    return sum;
+    return sum / f32(hints.taps);
 }
 
 // `E / pi` on a surface that faces `n`, nits.

@@ -12,10 +12,13 @@ use bevy::{
 use super::{
     node::HintsPipelines,
     settings::{HintBounce, HintOcclusion, HintSampling, RadianceHintsSettings},
-    types::{GpuCarry, GpuHints, GpuStage, SLOT_BOUNCES, SLOT_EMISSION, SLOT_LIGHTS, SLOT_SKY},
+    types::{
+        GpuCarry, GpuHints, GpuStage, SLOT_BOUNCES, SLOT_EMISSION, SLOT_LIGHTS, SLOT_SKY, slots_of,
+    },
 };
 use crate::{
     camera::ExtractedGiCamera,
+    debug::GiDebugSettings,
     gpu::statistics::{GiStatistics, Tracked},
     scene::{
         bind_group::LightingVersion,
@@ -30,7 +33,10 @@ use crate::{
 };
 
 /// The gather itself has no noise, and that of the hints is averaged there.
-const SETTLING: Settling = Settling { history_frames: 2 };
+const SETTLING: Settling = Settling {
+    history_frames: 2,
+    blur: 0,
+};
 
 /// Frames after a change in which bounces follow each other as fast as they can, along the same rays; after
 /// that, each is averaged over many rays.
@@ -41,6 +47,9 @@ const BUSY: u32 = 4;
 
 /// Cells between a hint and the nearest surface that it may light.
 const SLEEP_BEYOND: f32 = 2.0;
+
+/// A hint has hardly changed if its light did by less than that part of it.
+const QUIET: f32 = 0.01;
 
 /// Everything whose change makes the light of emissive surfaces and of the sky wrong.
 #[derive(Clone, PartialEq)]
@@ -67,7 +76,8 @@ struct Content {
     sources: Sources,
     lighting: LightingVersion,
     rsm: u64,
-    with_sky: bool,
+    /// The slots that are looked up, a bit each.
+    shown: u32,
     share: LightShare,
     /// Where what the camera sees matters.
     camera: Option<Mat4>,
@@ -162,6 +172,7 @@ pub(crate) fn prepare_hints(
     cameras: Query<&ExtractedGiCamera>,
     gi: Res<GiSettings>,
     settings: Res<RadianceHintsSettings>,
+    debug: Res<GiDebugSettings>,
     history: Res<GiHistory>,
     lighting: Res<LightingVersion>,
     rsm: Res<SceneRsm>,
@@ -213,7 +224,7 @@ pub(crate) fn prepare_hints(
             },
             lighting: *lighting,
             rsm: rsm.version,
-            with_sky: gi.replace_ambient,
+            shown: shown_slots(&gi, &debug, &settings),
             share: gi.light_share,
             camera: camera.clip_from_world.filter(|_| camera.wanted),
         };
@@ -243,7 +254,18 @@ pub(crate) fn prepare_hints(
 
 /// Slots that the settings need.
 fn slot_count(settings: &RadianceHintsSettings) -> u32 {
-    SLOT_BOUNCES + settings.bounces - 1
+    SLOT_BOUNCES + settings.bounces.saturating_sub(1)
+}
+
+/// The slots that light the picture, a bit each.
+fn shown_slots(gi: &GiSettings, debug: &GiDebugSettings, settings: &RadianceHintsSettings) -> u32 {
+    let slots = slot_count(settings);
+    let part = slots_of(debug.hint_view, slots).filter(|_| debug.only_hint_view);
+    let shown = part.unwrap_or((1 << slots) - 1);
+    match gi.replace_ambient {
+        true => shown,
+        false => shown & !(1 << SLOT_SKY),
+    }
 }
 
 impl HintsCache {
@@ -325,7 +347,10 @@ impl HintsCache {
             // What is known counts on for a while where only things move, or light would flicker; not where
             // a lamp is switched.
             let switched = before.lighting != content.lighting;
-            let known = self.frames.min(if switched { 1 } else { 2 });
+            let memory = (2.0 / settings.temporal_blend - 2.0).round() as u32;
+            let known = self
+                .frames
+                .min(if switched { memory.min(1) } else { memory });
             // One frame is looked at in any case.
             self.frames = known.min(settings.settle_frames.saturating_sub(1));
         }
@@ -381,6 +406,13 @@ impl HintsCache {
             },
             share: content.share as u32,
             coloured: settings.coloured_bounces.into(),
+            occlusion_points: settings.occlusion_points,
+            occlusion_left: 1.0 - settings.occlusion_factor,
+            min_distance: settings.min_distance * probes.lattice.cell,
+            guess_visibility: settings.guess_visibility.into(),
+            taps: settings.taps,
+            ring_cos: settings.ring_angle.to_radians().cos(),
+            quiet: if sleeps { QUIET } else { 0.0 },
         });
         uniform.write_buffer(device, queue);
         let cache_group = device.create_bind_group(
@@ -395,23 +427,27 @@ impl HintsCache {
                 &*self.texture,
             )),
         );
-        let stage = |slot: u32, mask: u32| {
+        let stage = |slot: u32, mask: u32, [first_gain, later_gain]: [f32; 2]| {
             let mut uniform = UniformBuffer::from(GpuStage {
                 slot,
                 mask,
                 slots: self.slots,
                 coefficients: self.coefficients,
                 dims: self.dims,
+                first_gain,
+                later_gain,
             });
             uniform.write_buffer(device, queue);
             uniform
         };
-        let sum = |mask: u32| {
+        // What bounces on is physical.
+        const PHYSICAL: [f32; 2] = [1.0; 2];
+        let sum = |mask: u32, gains| {
             device.create_bind_group(
                 "gi/hints/sum",
                 &cache.get_bind_group_layout(&pipelines.sum_layout),
                 &BindGroupEntries::with_indices((
-                    (0, &stage(0, mask)),
+                    (0, &stage(0, mask, gains)),
                     (1, &*self.texture),
                     (4, self.slot_light.as_entire_binding()),
                     (5, self.distances.as_entire_binding()),
@@ -424,7 +460,7 @@ impl HintsCache {
                 "gi/hints/bounce",
                 &cache.get_bind_group_layout(&pipelines.gather_layout),
                 &BindGroupEntries::sequential((
-                    &stage(slot, 0),
+                    &stage(slot, 0, PHYSICAL),
                     voxels.pool.as_entire_binding(),
                     self.reflected.as_entire_binding(),
                     probes.hits.as_entire_binding(),
@@ -437,7 +473,7 @@ impl HintsCache {
                 "gi/hints/surfaces",
                 &cache.get_bind_group_layout(&pipelines.surfaces_layout),
                 &BindGroupEntries::sequential((
-                    &stage(slot, 0),
+                    &stage(slot, 0, PHYSICAL),
                     voxels.pool.as_entire_binding(),
                     self.reflected.as_entire_binding(),
                     voxels.brick_list.as_entire_binding(),
@@ -452,7 +488,7 @@ impl HintsCache {
                 "gi/hints/exchange",
                 &cache.get_bind_group_layout(&pipelines.exchange_layout),
                 &BindGroupEntries::with_indices((
-                    (0, &stage(slot, 0)),
+                    (0, &stage(slot, 0, PHYSICAL)),
                     (4, self.slot_light.as_entire_binding()),
                 )),
             ))
@@ -472,23 +508,19 @@ impl HintsCache {
                 };
                 if settings.bounce != HintBounce::Surfaces {
                     return BounceJob {
-                        sum: sum(before),
+                        sum: sum(before, PHYSICAL),
                         from: from_hints(slot),
                     };
                 }
                 let itself = settings.endless && slot + 1 == self.slots && !fresh;
                 BounceJob {
-                    sum: sum(before | u32::from(itself) << slot),
+                    sum: sum(before | u32::from(itself) << slot, PHYSICAL),
                     from: from_surfaces(slot),
                 }
             })
             .collect();
-        let all = (1 << self.slots) - 1;
-        let shown = match content.with_sky {
-            true => all,
-            false => all & !(1 << SLOT_SKY),
-        };
-        let lights = rsm.bind_group.is_some().then(|| {
+        let bounces_at_all = settings.bounces > 0;
+        let lights = (rsm.bind_group.is_some() && bounces_at_all).then(|| {
             device.create_bind_group(
                 "gi/hints/lights",
                 &cache.get_bind_group_layout(&pipelines.lights_layout),
@@ -547,7 +579,7 @@ impl HintsCache {
             clear: (self.slot_light.clone(), slot_bytes),
             sources,
             bounces,
-            sum: sum(shown),
+            sum: sum(content.shown, [settings.first_gain, settings.later_gain]),
         });
         self.bind_group = Some(cache_group);
         self.content = Some(content);

@@ -53,11 +53,11 @@ pub enum HintSampling {
 pub enum HintOcclusion {
     /// Nothing, as in the paper.
     None,
-    /// Three points on the way are compared with what the light sees; each that is hidden from it takes half
+    /// Some points on the way are compared with what the light sees; each that is hidden from it takes a part
     /// (section 8 of the paper, seen from the light instead of the camera). Only with disks: with other
     /// sampling nothing is in the way.
     LightDepth,
-    /// The same three points are compared with what the first GI camera saw in the last frame, as in the paper. Light
+    /// The same points are compared with what the first GI camera saw in the last frame, as in the paper. Light
     /// depends on where one looks from, and what the camera does not see hides nothing.
     CameraDepth,
     /// A ray through the voxels.
@@ -90,8 +90,8 @@ pub enum HintReconstruction {
     /// The eight around it, those that see it.
     #[default]
     Corners,
-    /// Four points before it, one along the normal and three around it, each interpolated
-    /// (section 5 of the paper). Light leaks through walls thinner than that.
+    /// Some points before it, four in the paper, one along the normal and the others around it, each interpolated
+    /// (section 5). Light leaks through walls thinner than that.
     Taps,
 }
 
@@ -108,8 +108,8 @@ pub struct RadianceHintsSettings {
     /// Virtual point lights that each hint looks at in a frame while light changes; others follow in the next
     /// frames. Range 4..=256, default 96. Cost: proportional, only while things change.
     pub samples: u32,
-    /// Bounces of light. Range 1..=6, default 2. Cost: from the second on, a pass over voxels and hints
-    /// each, only while things change.
+    /// Bounces of light. Range 0..=6, default 2; without any, only the sky and emissive surfaces light indirectly.
+    /// Cost: from the second on, a pass over voxels and hints each, only while things change.
     pub bounces: u32,
     /// The last bounce goes on bouncing over the following frames. Default `true`. No cost.
     pub endless: bool,
@@ -121,9 +121,22 @@ pub struct RadianceHintsSettings {
     pub sampling: HintSampling,
     /// Radius of the disk, as a fraction of the map's side. Range 0.02..=1, default 0.35. No cost.
     pub spread: f32,
+    /// Share of a frame in the light of lamps while it changes in every frame, and while meshes move; rounded to
+    /// whole frames of memory. Less is calmer, and lags more. Range 0.05..=1, default 0.5 as in the paper
+    /// (section 9.1). No cost.
+    pub temporal_blend: f32,
     /// What stands between a hint and what lights it. Default [`HintOcclusion::Voxels`]. Cost: most of
     /// that of the samples.
     pub occlusion: HintOcclusion,
+    /// Points on the way that are compared with a depth, if not with voxels (section 8). Range 1..=8, default 3.
+    /// Cost: proportional.
+    pub occlusion_points: u32,
+    /// What each of them that is hidden takes of the light. Range 0..=1, default 0.5; the paper does not say. No
+    /// cost.
+    pub occlusion_factor: f32,
+    /// Distance within which a texel that stands for many is no point, cells: nearer, light does not grow. Range
+    /// 0..=2, default 0.5. Only with disks; virtual point lights know their size. No cost.
+    pub min_distance: f32,
     /// How light bounces on. Default [`HintBounce::Surfaces`].
     pub bounce: HintBounce,
     /// Places around a hint from which light bounces, if not from surfaces. Range 4..=64, default 24. Cost:
@@ -139,14 +152,28 @@ pub struct RadianceHintsSettings {
     /// does; without, it takes the average albedo. Default `true`. The paper names it as a further step. No cost
     /// while only light changes.
     pub coloured_bounces: bool,
+    /// Whether places count the less, the less likely the hint sees them (equation 11), if light does not bounce at
+    /// surfaces, where it is known. Default `true`. No cost.
+    pub guess_visibility: bool,
     /// How a surface reads the hints. Default [`HintReconstruction::Corners`]. Cost: taps are half as many
     /// reads.
     pub reconstruction: HintReconstruction,
+    /// Taps: one along the normal, the others in a ring. Range 1..=7, default 4 as in the paper. Cost:
+    /// proportional.
+    pub taps: u32,
+    /// Angle between the normal and the taps of the ring. Range 45..=85 degrees, default 80 as in the paper. No cost.
+    pub ring_angle: f32,
     /// Distance of the taps, cells. Range 0.25..=2, default 1. The paper has a cell's diagonal, 1.73. No cost.
     pub tap_distance: f32,
     /// Whether glossy surfaces look the light in the direction of the mirror up. Without, they get none.
     /// Default `true`. Cost: as much again per pixel of such surfaces.
     pub specular: bool,
+    /// Factor on light of lamps that has bounced once, where it is seen. Range 0..=8, default 1, which is physical.
+    /// Later bounces start from the physical light. No cost.
+    pub first_gain: f32,
+    /// Factor on light that has bounced more than that, where it is seen. Range 0..=8, default 1, which is
+    /// physical. No cost.
+    pub later_gain: f32,
 }
 
 impl Default for RadianceHintsSettings {
@@ -157,17 +184,26 @@ impl Default for RadianceHintsSettings {
             bounces: 2,
             endless: true,
             settle_frames: 32,
+            temporal_blend: 0.5,
             sampling: HintSampling::VirtualPointLights,
             spread: 0.35,
             occlusion: HintOcclusion::Voxels,
+            occlusion_points: 3,
+            occlusion_factor: 0.5,
+            min_distance: 0.5,
             bounce: HintBounce::Surfaces,
             bounce_samples: 24,
             reach: 0.35,
             average_albedo: 0.5,
             coloured_bounces: true,
+            guess_visibility: true,
             reconstruction: HintReconstruction::Corners,
+            taps: 4,
+            ring_angle: 80.0,
             tap_distance: 1.0,
             specular: true,
+            first_gain: 1.0,
+            later_gain: 1.0,
         }
     }
 }
@@ -257,15 +293,25 @@ impl RadianceHintsSettings {
 impl Clamped for RadianceHintsSettings {
     fn clamp(&mut self, c: &mut Clamp) {
         c.int("samples", &mut self.samples, 4, 256);
-        c.int("bounces", &mut self.bounces, 1, 6);
+        c.int("bounces", &mut self.bounces, 0, 6);
         c.int("settle_frames", &mut self.settle_frames, 1, 128)
             .unit("frames");
+        c.float("temporal_blend", &mut self.temporal_blend, 0.05, 1.0);
         c.float("spread", &mut self.spread, 0.02, 1.0);
+        c.int("occlusion_points", &mut self.occlusion_points, 1, 8);
+        c.float("occlusion_factor", &mut self.occlusion_factor, 0.0, 1.0);
+        c.float("min_distance", &mut self.min_distance, 0.0, 2.0)
+            .unit("cells");
         c.int("bounce_samples", &mut self.bounce_samples, 4, 64);
         c.float("reach", &mut self.reach, 0.05, 1.0);
         c.float("average_albedo", &mut self.average_albedo, 0.0, 1.0);
+        c.int("taps", &mut self.taps, 1, 7);
+        c.float("ring_angle", &mut self.ring_angle, 45.0, 85.0)
+            .unit("degrees");
         c.float("tap_distance", &mut self.tap_distance, 0.25, 2.0)
             .unit("cells");
+        c.float("first_gain", &mut self.first_gain, 0.0, 8.0);
+        c.float("later_gain", &mut self.later_gain, 0.0, 8.0);
     }
 }
 

@@ -3,7 +3,7 @@
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::scene::probes::types::{probe_count, probe_index}
 #import bevy_gi::technique::hints::slots::{slot_index, slots}
-#import bevy_gi::technique::hints::types::Stage
+#import bevy_gi::technique::hints::types::{SLOT_BOUNCES, SLOT_LIGHTS, Stage}
 
 @group(0) @binding(0) var<uniform> stage: Stage;
 @group(0) @binding(1) var target_: texture_storage_3d<rgba16float, write>;
@@ -24,8 +24,10 @@ fn sum_slots(@builtin(global_invocation_id) id: vec3<u32>) {
         if ((stage.mask >> slot) & 1u) == 0u {
             continue;
         }
+        var gain = select(1.0, stage.first_gain, slot == SLOT_LIGHTS);
+        gain = select(gain, stage.later_gain, slot >= SLOT_BOUNCES);
         for (var i = 0u; i < stage.coefficients; i++) {
-            sum[i] += slots[slot_index(slot, i, probe, stage.coefficients, count)].rgb / RADIANCE_SCALE;
+            sum[i] += gain * slots[slot_index(slot, i, probe, stage.coefficients, count)].rgb / RADIANCE_SCALE;
         }
     }
     for (var color = 0u; color < 3u; color++) {

@@ -19,6 +19,22 @@ pub const SLOT_SKY: u32 = 2;
 /// than that of all three above.
 pub const SLOT_BOUNCES: u32 = 3;
 
+/// The slots whose light a view shows, a bit each, of `slots`; `None` if it shows no light.
+pub fn slots_of(view: HintView, slots: u32) -> Option<u32> {
+    let all = (1 << slots) - 1;
+    let second = 1 << SLOT_BOUNCES;
+    let shown = match view {
+        HintView::Light => all,
+        HintView::FirstBounce => 1 << SLOT_LIGHTS,
+        HintView::Emission => 1 << SLOT_EMISSION,
+        HintView::Sky => 1 << SLOT_SKY,
+        HintView::SecondBounce => second,
+        HintView::LaterBounces => !(2 * second - 1),
+        _ => return None,
+    };
+    Some(shown & all)
+}
+
 /// What all passes of a frame know.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
 pub struct GpuHints {
@@ -62,6 +78,19 @@ pub struct GpuHints {
     pub share: u32,
     /// 0 or 1: surfaces between hints have the colour of those around, not the average albedo.
     pub coloured: u32,
+    /// Points of a way that are compared with a depth,
+    pub occlusion_points: u32,
+    /// and what is left of the light by each that is hidden.
+    pub occlusion_left: f32,
+    /// Metres, within which a texel is no point.
+    pub min_distance: f32,
+    /// 0 or 1: places between hints count as far as they may be visible.
+    pub guess_visibility: u32,
+    pub taps: u32,
+    /// Cosine of the angle between the normal and the ring of taps.
+    pub ring_cos: f32,
+    /// Hints whose light has changed by less than that part of it are left out in some frames.
+    pub quiet: f32,
 }
 
 /// Uniform of `carry.wgsl`.
@@ -88,6 +117,10 @@ pub struct GpuStage {
     pub coefficients: u32,
     /// Hints along each axis.
     pub dims: UVec3,
+    /// Factor on the light of [`SLOT_LIGHTS`],
+    pub first_gain: f32,
+    /// and on that from [`SLOT_BOUNCES`] on.
+    pub later_gain: f32,
 }
 
 /// What debug views show.
@@ -106,6 +139,12 @@ pub struct GpuHintsView {
     pub slice_at: f32,
     /// Room for marks in maps.
     pub marks: u32,
+    /// Taps over a surface.
+    pub taps: u32,
+    /// Slots whose light is shown, a bit each,
+    pub mask: u32,
+    /// if it is light.
+    pub is_light: u32,
 }
 
 /// A surface that is picked.
@@ -135,15 +174,12 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
         ("SLOT_SKY", SLOT_SKY),
         ("SLOT_BOUNCES", SLOT_BOUNCES),
         ("SHOW_LIGHT", HintView::Light as u32),
-        ("SHOW_FIRST_BOUNCE", HintView::FirstBounce as u32),
-        ("SHOW_EMISSION", HintView::Emission as u32),
-        ("SHOW_SKY", HintView::Sky as u32),
-        ("SHOW_SECOND_BOUNCE", HintView::SecondBounce as u32),
-        ("SHOW_LATER_BOUNCES", HintView::LaterBounces as u32),
         ("SHOW_NEAREST", HintView::Nearest as u32),
         ("SHOW_FARTHEST", HintView::Farthest as u32),
         ("SHOW_VISIBILITY", HintView::Visibility as u32),
         ("SHOW_CONFIDENCE", HintView::Confidence as u32),
+        ("SHOW_NEGATIVE", HintView::Negative as u32),
+        ("SHOW_LEAK", HintView::Leak as u32),
     ]
     .map(|(name, value)| ShaderDefVal::UInt(name.into(), value))
     .into()

@@ -23,6 +23,13 @@ struct Hints {
     sleep_beyond: f32,
     share: u32,
     coloured: u32,
+    occlusion_points: u32,
+    occlusion_left: f32,
+    min_distance: f32,
+    guess_visibility: u32,
+    taps: u32,
+    ring_cos: f32,
+    quiet: f32,
 }
 
 // The source of a slot's light, and the slots whose light is summed up, a bit each.
@@ -32,6 +39,9 @@ struct Stage {
     slots: u32,
     coefficients: u32,
     dims: vec3<u32>,
+    // Factors on the light of the slots of lamps and of bounces.
+    first_gain: f32,
+    later_gain: f32,
 }
 
 // What debug views show.
@@ -46,6 +56,9 @@ struct HintsView {
     slice_at: f32,
     // Room for marks in maps.
     marks: u32,
+    taps: u32,
+    mask: u32,
+    is_light: u32,
 }
 
 // A surface that is picked, and the hint that lights it most.
@@ -59,3 +72,4 @@ struct Picked {
 const SLOT_LIGHTS: u32 = #{SLOT_LIGHTS}u;
 const SLOT_EMISSION: u32 = #{SLOT_EMISSION}u;
 const SLOT_SKY: u32 = #{SLOT_SKY}u;
+const SLOT_BOUNCES: u32 = #{SLOT_BOUNCES}u;

@@ -27,7 +27,10 @@ use crate::{
 };
 
 /// Cones are turned in each frame, and a few frames must be averaged.
-const SETTLING: Settling = Settling { history_frames: 8 };
+const SETTLING: Settling = Settling {
+    history_frames: 8,
+    blur: 1,
+};
 
 /// Everything whose change makes the cache wrong.
 #[derive(Clone, PartialEq)]
