@@ -22,7 +22,7 @@ fn view() -> SceneView {
         eye: Vec3::new(-3.6, 1.6, 1.5),
         look: Vec3::new(1.2, 1.0, -1.0),
         fov: 64.0,
-        ev100: 3.3,
+        ev100: 2.3,
         speed: 1.6,
     }
 }
