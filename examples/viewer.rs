@@ -10,7 +10,7 @@ use bevy_gi::{prelude::*, reference::ReferenceSettings};
 use clap::Parser;
 use common::{
     adapter, capture,
-    controls::ControlsPlugin,
+    controls::{self, ControlsPlugin},
     open::{self, OpenPlugin, SceneOptions},
     options::{self, SettingsOptions, Technique, size, technique, view},
     projector::Projector,
@@ -43,6 +43,9 @@ struct Options {
     /// What is shown; --list names all.
     #[arg(long, value_parser = view)]
     view: Option<GiView>,
+    /// Writes what the colours of the view mean into a headless picture, which has it beside it otherwise.
+    #[arg(long, requires = "headless")]
+    legend: bool,
     /// Picture: .png as seen, .exr luminances in nits before exposure and tone mapping.
     #[arg(long, value_parser = picture_path)]
     out: Option<PathBuf>,
@@ -140,6 +143,13 @@ fn headless(options: Options) -> Result<(), String> {
             }
         }
     } else {
+        if options.legend {
+            let camera = studio.camera;
+            let mut legend = studio
+                .world()
+                .spawn((controls::panel(), UiTargetCamera(camera)));
+            legend.insert(Text(format!("{}: {}", view.name(), view.legend())));
+        }
         studio.settle(options.frames);
         let picture = studio.picture();
         if exr {

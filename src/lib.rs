@@ -56,7 +56,10 @@ mod wgsl_tests;
 
 pub use camera::GiCamera;
 pub use debug::{GiDebugSettings, GiSlice, GiView, HintView};
-pub use gpu::{caps::GiSupport, statistics::GiStatistics};
+pub use gpu::{
+    caps::GiSupport,
+    statistics::{GiStatistics, last_frame},
+};
 pub use plugins::GiPlugins;
 pub use scene::{
     cascades::GiCascades,

@@ -25,7 +25,7 @@ pub struct Point {
     pub still_ms: f64,
     pub lights_ms: f64,
     /// Those of the paper's table 2 while all lights change: first bounce, later ones, reconstruction.
-    pub parts_ms: [f64; 3],
+    pub parts_ms: [Option<f64>; 3],
 }
 
 /// Our passes for the columns of the paper's table 2.
@@ -90,7 +90,7 @@ const TABLE_2: [Published; 2] = [
 ];
 
 /// The axis of the points that are cases of table 2.
-const TABLE_2_AXIS: &str = "table 2, order";
+const TABLE_2_AXIS: &str = "table 2: order";
 
 /// Every point: its axis, its value, and the parameters.
 fn points(scene: &str, base: Base) -> Vec<(&'static str, String, Base)> {
@@ -163,7 +163,7 @@ pub fn measure(
             hints: counts.get("scene/probes").copied().unwrap_or(0),
             still_ms: still.gi_ms,
             lights_ms: lights.gi_ms,
-            parts_ms: PARTS.map(|passes| lights.sum(passes).unwrap_or(0.0)),
+            parts_ms: PARTS.map(|passes| lights.sum(passes).filter(|_| !software)),
         });
     }
     let world = studio.world();
@@ -219,12 +219,8 @@ fn table_2(points: &[Point], software: bool) -> String {
         let published = TABLE_2.iter().find(|row| row.scene == point.scene);
         let Some(published) = published else { continue };
         let theirs = published.ms[usize::from(point.value == "three")];
-        let ours = match software {
-            true => [None; 3],
-            false => point.parts_ms.map(Some),
-        };
-        let all = (theirs.iter().sum(), ours.into_iter().sum());
-        let parts = theirs.into_iter().zip(ours).chain([all]);
+        let all = (theirs.iter().sum(), point.parts_ms.into_iter().sum());
+        let parts = theirs.into_iter().zip(point.parts_ms).chain([all]);
         let cells = parts.flat_map(|(theirs, ours): (f64, Option<f64>)| {
             let ours = ours.map_or("not measured".into(), |ms| format!("{ms:.2}"));
             [format!("{theirs:.2}"), ours]
@@ -261,7 +257,10 @@ pub fn csv(points: &[Point]) -> String {
     let header = "scene,axis,value,hints,still_ms,lights_ms,first_ms,later_ms,reconstruct_ms";
     let mut text = format!("{header}\n");
     for p in points {
-        let [first, later, reconstruct] = p.parts_ms;
+        let parts = p
+            .parts_ms
+            .map(|ms| ms.map_or(String::new(), |ms| ms.to_string()));
+        let [first, later, reconstruct] = parts;
         let _ = writeln!(
             text,
             "{},{},{},{},{},{},{first},{later},{reconstruct}",

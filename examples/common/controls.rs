@@ -207,7 +207,7 @@ fn update_help(
             )
         }
     };
-    let hints = match debug.show_hints {
+    let hints = match debug.show_hints || debug.only_hint_view {
         true => format!("\nhints: {}", debug.hint_view.legend()),
         false => String::new(),
     };

@@ -27,6 +27,8 @@ use bevy::{
     winit::WinitPlugin,
 };
 
+use bevy_gi::last_frame;
+
 use super::overlay::Overlay;
 
 /// Pipelines that are not compiled yet, told by the render world.
@@ -180,7 +182,7 @@ impl Headless {
         let diagnostics = self.app.world().resource::<DiagnosticsStore>();
         let mut new = Vec::new();
         for diagnostic in diagnostics.iter() {
-            let Some(measurement) = diagnostic.measurement() else {
+            let Some(measurement) = last_frame(diagnostic) else {
                 continue;
             };
             let path = diagnostic.path().as_str();

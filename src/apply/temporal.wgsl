@@ -39,7 +39,9 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(surface_target, at, vec4(0.0));
         return;
     }
-    textureStore(surface_target, at, vec4(octahedral_encode(surface.normal), surface.depth, 1.0));
+    // Half floats end there.
+    let depth = min(surface.depth, 65504.0);
+    textureStore(surface_target, at, vec4(octahedral_encode(surface.normal), depth, 1.0));
     let diffuse = textureLoad(new_diffuse, at, 0);
     let specular = textureLoad(new_specular, at, 0);
 

@@ -68,7 +68,8 @@ pub struct GiDebugSettings {
     /// What those show. Default: all light.
     pub hint_view: HintView,
     /// The picture, too, is lit by just what [`hint_view`](Self::hint_view) names, if that is a part of the light:
-    /// a single bounce, emission or the sky. Default `false`.
+    /// a single bounce, emission or, with [`GiSettings::replace_ambient`](crate::GiSettings::replace_ambient), the
+    /// sky. Default `false`.
     pub only_hint_view: bool,
     /// Draws the point that is picked, the hint that lights it most, and the taps over it at which
     /// [`HintReconstruction::Taps`](crate::HintReconstruction) reads. Default `false`.

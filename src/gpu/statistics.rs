@@ -8,6 +8,7 @@ use std::{
 
 use bevy::{
     app::{App, Plugin},
+    diagnostic::{Diagnostic, DiagnosticMeasurement},
     ecs::prelude::*,
     render::{
         RenderApp,
@@ -28,6 +29,16 @@ struct Figures {
     memory: BTreeMap<&'static str, u64>,
     counts: BTreeMap<&'static str, u64>,
     warnings: VecDeque<String>,
+}
+
+/// What a pass took in the last frame in which it ran, and when that was known; milliseconds. Bevy's
+/// [`RenderDiagnosticsPlugin`](bevy::render::diagnostic::RenderDiagnosticsPlugin) has a measurement for each time
+/// that it ran in a frame, so the last one alone is not all.
+pub fn last_frame(diagnostic: &Diagnostic) -> Option<DiagnosticMeasurement> {
+    let time = diagnostic.measurement()?.time;
+    let measured = diagnostic.measurements();
+    let value = measured.filter(|m| m.time == time).map(|m| m.value).sum();
+    Some(DiagnosticMeasurement { time, value })
 }
 
 /// Most warnings that are remembered.

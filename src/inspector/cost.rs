@@ -3,13 +3,15 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use bevy::{
-    diagnostic::DiagnosticsStore, ecs::prelude::*, platform::time::Instant,
+    diagnostic::{DiagnosticsStore, FrameCount},
+    ecs::prelude::*,
+    platform::time::Instant,
     render::renderer::RenderAdapterInfo,
 };
 use bevy_egui::egui;
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoints};
 
-use crate::{GiSettings, GiStatistics, GiSupport, GiTechnique};
+use crate::{GiSettings, GiStatistics, GiSupport, GiTechnique, last_frame};
 
 /// Frames that are remembered.
 const FRAMES: usize = 240;
@@ -45,16 +47,21 @@ pub(super) fn record(
     diagnostics: Res<DiagnosticsStore>,
     settings: Res<GiSettings>,
     mut before: Local<Option<GiTechnique>>,
-    mut last_frame: Local<Option<Instant>>,
+    count: Option<Res<FrameCount>>,
+    mut last_seen: Local<Option<(Instant, u32)>>,
 ) {
     // What another technique cost is no part of the sum.
     if before.replace(settings.technique) != Some(settings.technique) {
         history.passes.clear();
     }
     let now = Instant::now();
-    let Some(frame) = last_frame.replace(now).map(|last| now - last) else {
+    let count = count.map_or(0, |count| count.0);
+    // Not the first one after the panel was closed.
+    let last = last_seen.replace((now, count));
+    let Some((last, _)) = last.filter(|last| count.wrapping_sub(last.1) <= 1) else {
         return;
     };
+    let frame = now - last;
     push(&mut history.frame, frame.as_secs_f64() * 1000.0);
     let mut new: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
     for diagnostic in diagnostics.iter() {
@@ -71,9 +78,8 @@ pub(super) fn record(
             _ => continue,
         };
         // A pass that did not run in the last frames keeps its last value there; here it costs nothing.
-        let measured = diagnostic
-            .measurement()
-            .filter(|m| now.duration_since(m.time) < frame.max(MIN_AGE) * 4);
+        let measured =
+            last_frame(diagnostic).filter(|m| now.duration_since(m.time) < frame.max(MIN_AGE) * 4);
         new.entry(pass).or_default()[slot] = measured.map_or(0.0, |m| m.value);
     }
     for (pass, [gpu, cpu]) in new {

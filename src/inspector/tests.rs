@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use bevy::{
     app::{App, Plugin},
+    camera::Camera3d,
     ecs::prelude::*,
     input::{
         ButtonState,
@@ -310,6 +311,8 @@ fn app(egui: bool, inspector: bool) -> App {
         app.add_plugins(GiInspectorPlugin::default());
     }
     wgsl_tests::finish(&mut app);
+    // Egui draws where there is a camera.
+    app.world_mut().spawn(Camera3d::default());
     app.update();
     app
 }
@@ -339,10 +342,14 @@ fn the_key_opens_and_closes_it_and_closed_it_costs_nothing() {
     assert!(!with.world().resource::<GiInspector>().open);
     // Beside an app that is the same without it.
     let mut without = app(true, false);
-    let [with, without] = fastest_frames([&mut with, &mut without]);
-    let panel = with.saturating_sub(without);
-    println!("closed, the panel adds {panel:?} to a frame of {without:?}");
-    assert!(panel < Duration::from_millis(1), "{with:?}, {without:?}");
+    let [closed, bare] = fastest_frames([&mut with, &mut without]);
+    with.world_mut().resource_mut::<GiInspector>().open = true;
+    let [open, _] = fastest_frames([&mut with, &mut without]);
+    println!("a frame without panel {bare:?}, with it closed {closed:?}, open {open:?}");
+    let adds = closed.saturating_sub(bare);
+    assert!(adds < Duration::from_millis(1), "{adds:?}");
+    // It is drawn indeed.
+    assert!(open > closed, "{open:?}");
 }
 
 #[test]

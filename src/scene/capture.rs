@@ -183,8 +183,10 @@ pub(crate) struct WantedView {
 #[derive(Resource)]
 pub(crate) struct CaptureViews<K: CaptureKind> {
     views: HashMap<(Entity, u32), Entity>,
-    /// View entities in which a mesh was added or removed this frame, or waits for an asset.
+    /// View entities in which a mesh was added or removed this frame, or waits for an asset;
     changed: HashSet<Entity>,
+    /// those in which one waits.
+    waiting: HashSet<Entity>,
     pipelines: HashSet<CachedRenderPipelineId>,
     kind: PhantomData<K>,
 }
@@ -194,6 +196,7 @@ impl<K: CaptureKind> Default for CaptureViews<K> {
         Self {
             views: HashMap::new(),
             changed: HashSet::default(),
+            waiting: HashSet::default(),
             pipelines: HashSet::default(),
             kind: PhantomData,
         }
@@ -210,6 +213,12 @@ impl<K: CaptureKind> CaptureViews<K> {
     pub fn changed(&self, owner: Entity, index: u32) -> bool {
         let view = self.views.get(&(owner, index));
         view.is_some_and(|view| self.changed.contains(view))
+    }
+
+    /// Whether a mesh of a view waits for an asset: until then it is missing.
+    pub fn waits(&self, owner: Entity, index: u32) -> bool {
+        let view = self.views.get(&(owner, index));
+        view.is_some_and(|view| self.waiting.contains(view))
     }
 
     /// Whether every pipeline is compiled: until then, meshes would be missing.
@@ -354,6 +363,9 @@ fn queue_captures<K: CaptureKind>(
     let mut param = param.into_inner();
     let capture = capture.bypass_change_detection();
     capture.changed.clear();
+    capture.waiting.clear();
+    let all_views = views.iter().map(|(_, view, _)| view.retained_view_entity);
+    pending.0.expire_stale_views(&all_views.collect());
     for (id, view, visible) in &views {
         let retained = view.retained_view_entity;
         let (Some(class), Some(phase)) = (visible.get::<Mesh3d>(), phases.get_mut(&retained))
@@ -379,6 +391,7 @@ fn queue_captures<K: CaptureKind>(
             };
             let Some((material_instance, mesh_instance, material, mesh, slabs)) = prepare() else {
                 queue.current_frame.insert((*render_entity, *main_entity));
+                capture.waiting.insert(id);
                 continue;
             };
             let mut mesh_key = K::KEY | MeshPipelineKey::from_bits_retain(mesh.key_bits.bits());

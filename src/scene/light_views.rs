@@ -35,14 +35,13 @@ impl MapView {
 }
 
 /// Half-spaces that a view lies in: what is wholly outside of one of them is not seen. Planes as
-/// `normal . p + w >= 0`. A point between a light and what it lights may be nearer than the near plane of a
-/// directional one, so that plane is none of them.
-struct Sides([Vec4; 5]);
+/// `normal . p + w >= 0`: four sides, the far plane (reverse-Z: at 0), and what is behind.
+struct Sides([Vec4; 6]);
 
 impl Sides {
     fn new(clip_from_world: &Mat4) -> Self {
-        let [x, y, w] = [0, 1, 3].map(|row| clip_from_world.row(row));
-        Self([w + x, w - x, w + y, w - y, w])
+        let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
+        Self([w + x, w - x, w + y, w - y, z, w])
     }
 
     fn sees(&self, bounds: &Aabb3d) -> bool {
@@ -60,7 +59,6 @@ impl Sides {
 pub(crate) struct LitScene<'a> {
     volumes: Aabb3d,
     casters: Vec<&'a Caster>,
-    bounds: Aabb3d,
 }
 
 /// One map of a light, and what it sees.
@@ -88,18 +86,15 @@ impl LightView {
 }
 
 impl<'a> LitScene<'a> {
-    /// `None` without volumes or casters: then no map shows anything.
+    /// `None` without volumes: then nobody looks at a map.
     pub fn new<'g>(
         grids: impl Iterator<Item = &'g VolumeGrid>,
         casters: impl Iterator<Item = &'a Caster>,
     ) -> Option<Self> {
         let volumes = grids.filter_map(|grid| grid.0.as_ref().map(grid_bounds));
-        let casters: Vec<_> = casters.collect();
-        let bounds = casters.iter().map(|caster| caster.bounds);
         Some(Self {
             volumes: volumes.reduce(|a, b| a.merge(&b))?,
-            bounds: bounds.reduce(|a, b| a.merge(&b))?,
-            casters,
+            casters: casters.collect(),
         })
     }
 
@@ -111,11 +106,11 @@ impl<'a> LitScene<'a> {
     /// The maps of a light.
     pub fn views(&self, light: &SceneLight) -> Vec<LightView> {
         let reach = reach(light);
-        let casters = self.casters.iter();
+        let casters = self.casters.iter().copied();
         let reached: Vec<_> = casters
             .filter(|c| reach.is_none_or(|reach| overlaps(&c.bounds, &reach)))
             .collect();
-        let views = light_views(light, &self.volumes, &self.bounds);
+        let views = light_views(light, &self.volumes, &reached);
         let views = views.into_iter().enumerate().map(|(face, view)| {
             let sides = Sides::new(&view.clip_from_world());
             let seen = || reached.iter().filter(|c| sides.sees(&c.bounds));
@@ -123,7 +118,7 @@ impl<'a> LitScene<'a> {
                 face: face as u32,
                 view,
                 meshes: seen().map(|c| c.entity).collect(),
-                content: SceneCasters::content(seen().copied().copied()),
+                content: SceneCasters::content(seen().copied()),
             }
         });
         views.collect()
@@ -144,8 +139,8 @@ fn any_up(direction: Vec3) -> Vec3 {
     }
 }
 
-/// An orthographic view of `volumes` along the light, deep enough for all `casters`.
-fn directional_view(direction: Vec3, volumes: &Aabb3d, casters: &Aabb3d) -> MapView {
+/// An orthographic view of `volumes` along the light, from before all `casters` that stand in its way.
+fn directional_view(direction: Vec3, volumes: &Aabb3d, casters: &[&Caster]) -> MapView {
     let mut world_from_view = Transform::default().looking_to(direction, any_up(direction));
     world_from_view.translation = Vec3::from(volumes.center());
     let view_from_world = world_from_view.to_matrix().inverse();
@@ -153,9 +148,15 @@ fn directional_view(direction: Vec3, volumes: &Aabb3d, casters: &Aabb3d) -> MapV
         let points = corners(aabb).map(|p| Vec3A::from(view_from_world.transform_point3(p)));
         Aabb3d::from_point_cloud(bevy::math::Isometry3d::IDENTITY, points.into_iter())
     };
-    let (volumes, casters) = (bounds_of(volumes), bounds_of(casters));
+    let volumes = bounds_of(volumes);
     // The view looks along -z: what is nearest to the light has the largest z.
-    let near = -(volumes.max.z.max(casters.max.z)) - 0.1;
+    let in_the_way = casters.iter().map(|caster| bounds_of(&caster.bounds));
+    let in_the_way = in_the_way.filter(|c| {
+        let beside = |axis| c.min[axis] > volumes.max[axis] || c.max[axis] < volumes.min[axis];
+        !beside(0) && !beside(1)
+    });
+    let nearest = in_the_way.map(|c| c.max.z).fold(volumes.max.z, f32::max);
+    let near = -nearest - 0.1;
     let far = -volumes.min.z + 0.1;
     MapView {
         // Reverse-Z: far and near are swapped.
@@ -181,7 +182,7 @@ fn perspective_view(position: Vec3, direction: Vec3, fov: f32) -> MapView {
 }
 
 /// The views of a light's maps, in the order of `cube_face` in `lights.wgsl`.
-fn light_views(light: &SceneLight, volumes: &Aabb3d, casters: &Aabb3d) -> Vec<MapView> {
+fn light_views(light: &SceneLight, volumes: &Aabb3d, casters: &[&Caster]) -> Vec<MapView> {
     let gpu = &light.gpu;
     if gpu.kind == LightKind::Directional as u32 {
         return vec![directional_view(gpu.direction, volumes, casters)];
@@ -223,12 +224,23 @@ mod tests {
     #[test]
     fn the_sun_sees_what_is_above_the_volume() {
         let volume = Aabb3d::new(Vec3::ZERO, Vec3::splat(1.0));
-        let casters = Aabb3d::new(Vec3::ZERO, Vec3::splat(9.0));
-        let view = directional_view(Vec3::NEG_Y, &volume, &casters);
+        let caster = |center| Caster {
+            entity: Entity::PLACEHOLDER,
+            bounds: cube(center),
+            shadow: true,
+            changed: 0,
+        };
+        let above = caster(Vec3::new(0.5, 8.0, 0.5));
+        let view = directional_view(Vec3::NEG_Y, &volume, &[&above]);
+        // What stands beside the volume's column does not change the view.
+        let beside = caster(Vec3::new(5.0, 20.0, 0.0));
+        let same = directional_view(Vec3::NEG_Y, &volume, &[&above, &beside]);
+        assert_eq!(view.clip_from_world(), same.clip_from_world());
         let sides = Sides::new(&view.clip_from_world());
         for (center, seen) in [
             (Vec3::ZERO, true),
             (Vec3::new(0.5, 8.0, 0.5), true),
+            (Vec3::new(0.0, -1.5, 0.0), false),
             (Vec3::new(1.5, 0.0, 0.0), false),
             (Vec3::new(0.0, 0.0, -1.5), false),
         ] {

@@ -12,7 +12,7 @@ use bevy::{
     color::{Color, ColorToComponents},
     ecs::prelude::*,
     light::{DirectionalLight, PointLight, RectLight, SpotLight},
-    log::warn_once,
+    log::warn,
     math::{Vec3, Vec3A},
     reflect::prelude::*,
     render::{
@@ -315,7 +315,8 @@ fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut V
             && gpu.color.is_finite()
             && gpu.direction != Vec3::ZERO
             && gpu.half_width.is_finite()
-            && gpu.half_height.is_finite();
+            && gpu.half_height.is_finite()
+            && !gpu.range.is_nan();
         if finite && gpu.color.max_element() > 0.0 {
             gpu.range = gpu.range.clamp(0.0, 1e9);
             gpu.shadow = -1;
@@ -368,7 +369,9 @@ pub(crate) fn warn_of_lights(
         let warning = format!(
             "{without} lights {consequence}: there are no more than GiSettings.max_shadow_maps = {max} maps"
         );
-        warn_once!("{warning}");
+        if !statistics.warnings().contains(&warning) {
+            warn!("{warning}");
+        }
         statistics.warn(vec![warning]);
     }
 }

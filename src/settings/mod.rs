@@ -172,12 +172,13 @@ pub struct GiSettings {
     pub indirect_strength: f32,
     /// Resolution of the gather. Default quarter. Cost of the gather is proportional to its pixels.
     pub gather_resolution: GatherResolution,
-    /// Number of past frames blended into each gathered pixel, 1 = none. Range 1..=128, default 64;
-    /// while light changes, as few as the technique's noise allows (cones: 8, hints: 2). More is calmer. Cost: two reads and two writes a gathered
-    /// pixel.
+    /// Number of past frames blended into each gathered pixel, 1 = none. Range 1..=128, default 64; while light
+    /// changes, as few as the technique's noise allows (cones: 8, hints: 2). More is calmer. Cost: two reads and
+    /// two writes a gathered pixel.
     pub history_frames: u32,
     /// Gathered pixels to each side over which the light of one surface is averaged, 0 = none. Range
-    /// 0..=3, default 1; one more while light changes. More is calmer and less detailed. Cost: proportional to `(2 r + 1)^2`.
+    /// 0..=3, default 1; one more while light changes, where the technique's gather has noise (cones). More is
+    /// calmer and less detailed. Cost: proportional to `(2 r + 1)^2`.
     pub denoise_radius: u32,
     /// Leaves out the ambient light and the environment map of GI cameras, and lets their light
     /// arrive as sky through the scene instead, with occlusion. Default `false`. No cost.
@@ -197,14 +198,14 @@ pub struct GiSettings {
     pub shadow_map_size: u32,
     /// Most shadow maps at once, and most reflective ones. Directional lights come first, then those of the
     /// most lumens, as far as theirs fit in; others bounce without shadow, or without reflective ones do not
-    /// bounce. Range 1..=256, default 48.
+    /// bounce. Range 1..=254, default 48.
     pub max_shadow_maps: u32,
     /// Texels along the side of each reflective shadow map, rounded up to a power of two: what techniques
     /// see of what a light lights. A point or rect light takes six of them, any other one. Range
     /// 64..=2048, default 256. 20 bytes a texel.
     pub rsm_size: u32,
     /// Most reflective shadow maps drawn anew in a frame, while lights or meshes move; others wait
-    /// their turn. Range 1..=256, default 12. Cost: proportional.
+    /// their turn. Those of new lights are drawn at once. Range 1..=256, default 12. Cost: proportional.
     pub rsm_updates: u32,
     /// Virtual point lights that stand for all light in the reflective shadow maps, rounded up to a power of
     /// two. Range 64..=16384, default 1024. 32 bytes each.
@@ -212,7 +213,7 @@ pub struct GiSettings {
     /// How virtual point lights, and what else is sampled of reflective shadow maps, are shared among lights.
     /// Default [`LightShare::Power`]. No cost.
     pub light_share: LightShare,
-    /// Keeps voxels and shadow maps as they are, whatever moves: for scenes whose light may lag, and to
+    /// Keeps voxels, shadow maps and reflective ones as they are, whatever moves: for scenes whose light may lag, and to
     /// look into a moment. Default `false`. Saves what captures cost.
     pub freeze_capture: bool,
 }
@@ -298,7 +299,8 @@ impl Clamped for GiSettings {
             .unit("px");
         c.int("shadow_map_size", &mut self.shadow_map_size, 64, 2048)
             .unit("px");
-        c.int("max_shadow_maps", &mut self.max_shadow_maps, 1, 256);
+        // Virtual point lights have eight bits for the number of their map.
+        c.int("max_shadow_maps", &mut self.max_shadow_maps, 1, 254);
         c.int("rsm_size", &mut self.rsm_size, 64, 2048).unit("px");
         c.int("rsm_updates", &mut self.rsm_updates, 1, 256)
             .unit("maps");

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_gi::{
-    HintBounce, HintOcclusion, HintReconstruction, HintSampling, ShOrder, prelude::*,
+    HintBounce, HintOcclusion, HintReconstruction, HintSampling, HintView, ShOrder, prelude::*,
     scene::probes::SceneProbes,
 };
 
@@ -355,6 +355,37 @@ fn every_mode_lights_a_room() {
             ..disk.clone()
         },
     );
+    let marched_vpls = light(
+        "depth of the light",
+        RadianceHintsSettings {
+            occlusion: HintOcclusion::LightDepth,
+            ..default.clone()
+        },
+    );
+    let taps = light(
+        "seven taps",
+        RadianceHintsSettings {
+            reconstruction: HintReconstruction::Taps,
+            taps: 7,
+            ring_angle: 60.0,
+            ..default.clone()
+        },
+    );
+    let none = light(
+        "no bounce",
+        RadianceHintsSettings {
+            bounces: 0,
+            ..default.clone()
+        },
+    );
+    let gained = light(
+        "twice the first bounce alone",
+        RadianceHintsSettings {
+            first_gain: 2.0,
+            later_gain: 0.0,
+            ..default.clone()
+        },
+    );
     let guessed = light(
         "from hint to hint",
         RadianceHintsSettings {
@@ -364,6 +395,27 @@ fn every_mode_lights_a_room() {
         },
     );
     let paper = light("paper", RadianceHintsSettings::paper());
+    // Views that light the picture by a part: together, they are all of it.
+    let [first, second, later] = [
+        HintView::FirstBounce,
+        HintView::SecondBounce,
+        HintView::LaterBounces,
+    ]
+    .map(|hint_view| {
+        let world = headless.app.world_mut();
+        *world.resource_mut::<RadianceHintsSettings>() = RadianceHintsSettings {
+            bounces: 3,
+            ..default.clone()
+        };
+        let mut debug = world.resource_mut::<GiDebugSettings>();
+        (debug.hint_view, debug.only_hint_view) = (hint_view, true);
+        settle(&mut headless, 14);
+        mean(&headless.picture(&target))
+    });
+    println!("alone: first bounce {first:.3}, second {second:.3}, later ones {later:.3} nits");
+    assert!((first / one - 1.0).abs() < 0.02, "{first}");
+    let sum = first + second + later;
+    assert!((sum / full - 1.0).abs() < 0.05, "{sum}");
 
     assert!(one < two && two < full, "each bounce adds light");
     assert!(
@@ -379,6 +431,10 @@ fn every_mode_lights_a_room() {
     // Something stands before the camera: the two blocks.
     assert!(seen > 0.3 * full && seen < bare, "{seen}");
     assert!(guessed > one, "hints bounce light on");
+    assert_eq!(none, 0.0, "nothing shines but the lamp");
+    assert!((gained / (2.0 * one) - 1.0).abs() < 0.02, "{gained}");
+    assert!(marched_vpls > full && marched_vpls < bare, "{marched_vpls}");
+    assert!((taps / full - 1.0).abs() < 0.3, "{taps}");
     assert!(paper > 0.1 * full && paper < 20.0 * full);
 }
 

@@ -26,7 +26,7 @@ use crate::{
             PrepassPipelines, sync_views,
         },
         light_views::{LitScene, MapView},
-        lights::{SceneLight, SceneLights, warn_of_lights},
+        lights::{LightKind, SceneLight, SceneLights, warn_of_lights},
         needs::SceneNeeds,
         visibility::SceneCasters,
         volume::VolumeGrid,
@@ -72,8 +72,10 @@ pub(crate) struct RsmMap {
     pub drawn: Option<Drawn>,
     /// and which layer that was in the last frame.
     pub layer: Option<u32>,
-    /// Whether it must be drawn once more although nothing is known to have changed.
+    /// Whether a mesh has come into view or left it since.
     pub in_doubt: bool,
+    /// Whether something was still missing in it.
+    pub incomplete: bool,
     /// Frames since it was last drawn.
     pub age: u32,
     /// Frames that it stays as it is at least.
@@ -134,7 +136,11 @@ fn gpu_map(light: &SceneLight, number: usize, view: &MapView, size: u32) -> GpuR
         kind: gpu.kind,
         position: gpu.position,
         size,
-        direction: gpu.direction,
+        // A point light looks everywhere.
+        direction: match gpu.kind {
+            kind if kind == LightKind::Point as u32 => Vec3::ZERO,
+            _ => gpu.direction,
+        },
         flux_scale: 4.0 * half_width * half_height / texels,
         half_width: gpu.half_width,
         range: gpu.range,
@@ -188,6 +194,7 @@ pub(crate) fn extract_rsm_views(
                         drawn: None,
                         layer: None,
                         in_doubt: false,
+                        incomplete: false,
                         age: u32::MAX,
                         interval: light.rsm_interval,
                         draw_now: false,

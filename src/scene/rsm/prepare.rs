@@ -143,6 +143,7 @@ impl SceneRsm {
                 new.layer = Some((first + i) as u32);
                 new.drawn = old.drawn;
                 new.in_doubt = old.in_doubt;
+                new.incomplete = old.incomplete;
                 new.age = old.age.saturating_add(1);
             }
         }
@@ -275,7 +276,8 @@ pub(super) fn prepare_maps(
     statistics.count("scene/rsm_maps", rsm.maps.len() as u64);
     statistics.count("scene/vpls", u64::from(rsm.vpl_count()));
     if rsm.maps.is_empty() {
-        // Nobody looks: the memory is given back.
+        // Nobody looks, or nothing shines: the memory is given back.
+        rsm.version += u64::from(rsm.textures.is_some());
         statistics.count("scene/rsm_drawn", 0);
         rsm.textures = None;
         rsm.bind_group = None;
@@ -294,6 +296,7 @@ pub(super) fn prepare_maps(
             let map = &rsm.maps[*i];
             match map.drawn {
                 None => true,
+                Some(_) if map.incomplete => true,
                 Some(_) if settings.freeze_capture || map.age < map.interval => false,
                 Some(drawn) => drawn != map.wanted() || map.in_doubt,
             }
@@ -309,7 +312,8 @@ pub(super) fn prepare_maps(
         if map.draw_now {
             map.age = 0;
             map.drawn = Some(map.wanted());
-            map.in_doubt = !ready;
+            map.in_doubt = false;
+            map.incomplete = !ready || views.waits(map.light, map.face);
             queue.0.extend(views.get(map.light, map.face));
         }
     }

@@ -54,7 +54,7 @@ pub struct GpuVpl {
     pub radius_squared: f32,
     /// Reflected flux, lumens.
     pub flux: Vec3,
-    /// As a texel's word 1.
+    /// As a texel's word 1, but with the number of its map, counted from 1, in the top byte.
     pub normal: u32,
 }
 

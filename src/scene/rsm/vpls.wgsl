@@ -104,7 +104,7 @@ fn choose(@builtin(global_invocation_id) id: vec3<u32>) {
     var vpl: Vpl;
     vpl.position = texel.position;
     vpl.flux = texel.flux * (carried / luminous);
-    vpl.normal = words.y;
+    vpl.normal = (words.y & 0xffffffu) | (layer + 1u) << 24u;
     // The patch that reflects as much: texels next to it are about as bright.
     vpl.radius_squared = texel_area(map, texel.position, texel.normal) * (carried / luminous) / PI;
     vpls[id.x] = vpl;

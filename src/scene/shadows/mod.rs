@@ -91,6 +91,13 @@ struct ShadowMap {
     draw_now: bool,
 }
 
+impl ShadowMap {
+    /// The matrix of what the layer shows, which may be frozen.
+    fn shown(&self) -> Mat4 {
+        self.drawn.map_or(self.clip_from_world, |drawn| drawn.0)
+    }
+}
+
 /// All shadow maps, in the render world.
 #[derive(Resource, Default)]
 pub struct SceneShadows {
@@ -293,10 +300,10 @@ fn prepare_shadows(
             queue.0.extend(views.get(map.light, map.face));
             shadows.version += 1;
         }
-        matrices_changed |= shadows.matrices.get().get(i) != Some(&map.clip_from_world);
+        matrices_changed |= shadows.matrices.get().get(i) != Some(&map.shown());
     }
     if matrices_changed {
-        let mut matrices: Vec<_> = shadows.maps.iter().map(|m| m.clip_from_world).collect();
+        let mut matrices: Vec<_> = shadows.maps.iter().map(ShadowMap::shown).collect();
         matrices.push(Mat4::IDENTITY);
         shadows.matrices.set(matrices);
         shadows.matrices.write_buffer(&device, &render_queue);

@@ -68,7 +68,12 @@ fn hidden_neighbours(at: vec3<u32>, probe: u32) -> f32 {
         if any(next < vec3(0)) || any(next >= vec3<i32>(probes.dims)) {
             continue;
         }
-        let way = hint_position(probe_index(vec3<u32>(next), probes.dims)) - p;
+        let neighbour = probe_index(vec3<u32>(next), probes.dims);
+        // Those inside of something light nothing.
+        if offsets[neighbour].w == 0.0 {
+            continue;
+        }
+        let way = hint_position(neighbour) - p;
         let distance = max(length(way), 1e-4);
         hidden += 1.0 - probe_sees(at, way / distance, distance);
         count += 1.0;

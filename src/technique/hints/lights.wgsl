@@ -84,8 +84,8 @@ fn add_vpls(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, pro
         let y = receiver(p, clearance, random3(probe, i, hints.frame));
         let patch_ = Patch(vpl.position, unpack_normal(vpl.normal), scale * vpl.flux, vpl.radius_squared);
         var seen = 1.0;
-        if hints.occlusion == #{OCCLUSION_CAMERA_DEPTH}u {
-            seen = march(0u, patch_.position + patch_.normal * volume.voxel, y);
+        if hints.occlusion == #{OCCLUSION_LIGHT_DEPTH}u || hints.occlusion == #{OCCLUSION_CAMERA_DEPTH}u {
+            seen = march((vpl.normal >> 24u) - 1u, patch_.position + patch_.normal * volume.voxel, y);
         }
         add_patch(gathered, y, patch_, seen);
     }

@@ -3,7 +3,7 @@
 #import bevy_gi::debug::types::Mark
 #import bevy_gi::scene::probes::bindings::{offsets, probes}
 #import bevy_gi::scene::probes::types::{cell_center, probe_coords}
-#import bevy_gi::scene::rsm::lookup::{load_rsm, maps, vpls}
+#import bevy_gi::scene::rsm::lookup::{maps, vpls}
 #import bevy_gi::technique::hints::bindings::hints
 #import bevy_gi::technique::hints::disk::{disk_center, disk_sample, flux_to_share, map_samples}
 #import bevy_gi::technique::hints::types::{HintsView, Picked}
@@ -14,20 +14,13 @@
 
 // The texel that a virtual point light stands for.
 fn vpl_mark(i: u32) -> Mark {
-    let p = vpls[(hints.first_sample + i) % max(hints.vpls, 1u)].position;
-    for (var m = 0u; m < maps.count; m++) {
-        let map = maps.array[m];
-        let clip = map.clip_from_world * vec4(p, 1.0);
-        let uv = clip.xy / clip.w * vec2(0.5, -0.5) + 0.5;
-        if clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
-            continue;
-        }
-        let texel = load_rsm(m, vec2<u32>(uv * f32(map.size)));
-        if texel.exists && distance(texel.position, p) < 0.1 * probes.cell {
-            return Mark(uv, 0.0, m);
-        }
+    let vpl = vpls[(hints.first_sample + i) % max(hints.vpls, 1u)];
+    let m = (vpl.normal >> 24u) - 1u;
+    if m >= maps.count {
+        return Mark(vec2(0.0), -1.0, 0u);
     }
-    return Mark(vec2(0.0), -1.0, 0u);
+    let clip = maps.array[m].clip_from_world * vec4(vpl.position, 1.0);
+    return Mark(clip.xy / clip.w * vec2(0.5, -0.5) + 0.5, 0.0, m);
 }
 
 // A disk, or a sample in it; disks come first.

@@ -57,6 +57,7 @@ struct Sources {
     voxels: u64,
     probes: GpuProbes,
     sky: u64,
+    /// But for what only matters where light is looked up.
     settings: RadianceHintsSettings,
     history: u32,
 }
@@ -74,6 +75,7 @@ impl Sources {
 #[derive(Clone, PartialEq)]
 struct Content {
     sources: Sources,
+    settings: RadianceHintsSettings,
     lighting: LightingVersion,
     rsm: u64,
     /// The slots that are looked up, a bit each.
@@ -103,7 +105,9 @@ pub struct HintsCache {
     content: Option<Content>,
     /// Counts updates.
     frame: u32,
-    /// Updates since any light changed, and looks at the sources since those did.
+    /// Updates since any light changed,
+    since: u32,
+    /// updates that the light of lamps counts for, and looks at the sources since those changed.
     frames: u32,
     source_frames: u32,
     /// Updates in a row in each of which something changed.
@@ -219,9 +223,10 @@ pub(crate) fn prepare_hints(
                     ..probes.gpu()
                 },
                 sky: lighting.0[2],
-                settings: settings.clone(),
+                settings: settings.without_lookup(),
                 history: history.epoch(),
             },
+            settings: settings.clone(),
             lighting: *lighting,
             rsm: rsm.version,
             shown: shown_slots(&gi, &debug, &settings),
@@ -246,7 +251,7 @@ pub(crate) fn prepare_hints(
             None => volume.remove::<Settling>(),
         };
         match hints.job {
-            Some(_) if hints.frames >= BOUNCING_FRAMES => volume.insert(LookAgain),
+            Some(_) if hints.since >= BOUNCING_FRAMES => volume.insert(LookAgain),
             _ => volume.remove::<LookAgain>(),
         };
     }
@@ -255,6 +260,16 @@ pub(crate) fn prepare_hints(
 /// Slots that the settings need.
 fn slot_count(settings: &RadianceHintsSettings) -> u32 {
     SLOT_BOUNCES + settings.bounces.saturating_sub(1)
+}
+
+/// Updates that light counts for at most when something has moved: as the settings want it, but so few that no more
+/// than a fiftieth of the light of before is left when hints come to rest. From `a` updates on, `s` more with a share
+/// of `2 / (n + 2)` each leave `a (a + 1) / (a + s) (a + s + 1)`.
+fn memory(settings: &RadianceHintsSettings) -> u32 {
+    let wanted = (2.0 / settings.temporal_blend - 2.0).round() as u32;
+    let s = settings.settle_frames;
+    let fades = |a: &u32| 50 * a * (a + 1) <= (a + s) * (a + s + 1);
+    (0..=wanted).rev().find(fades).unwrap_or(0)
 }
 
 /// The slots that light the picture, a bit each.
@@ -312,6 +327,7 @@ impl HintsCache {
             reflected: buffer("hints/voxel_reflected", 2 * voxel_count),
             content: None,
             frame: 0,
+            since: 0,
             frames: 0,
             source_frames: 0,
             busy: 0,
@@ -337,7 +353,7 @@ impl HintsCache {
         statistics: &GiStatistics,
     ) {
         self.job = None;
-        let settings = content.sources.settings.clone();
+        let settings = content.settings.clone();
         let before = self.content.as_ref();
         self.busy = match before {
             Some(before) if *before != content => self.busy.saturating_add(1),
@@ -347,22 +363,20 @@ impl HintsCache {
             // What is known counts on for a while where only things move, or light would flicker; not where
             // a lamp is switched.
             let switched = before.lighting != content.lighting;
-            let memory = (2.0 / settings.temporal_blend - 2.0).round() as u32;
-            let known = self
-                .frames
-                .min(if switched { memory.min(1) } else { memory });
-            // One frame is looked at in any case.
-            self.frames = known.min(settings.settle_frames.saturating_sub(1));
+            let most = if switched { 1 } else { u32::MAX };
+            self.frames = self.frames.min(memory(&settings)).min(most);
+            self.since = 0;
         }
         let moved = before.and_then(|before| content.sources.moved_from(&before.sources));
         if moved.is_none() {
+            self.since = 0;
             self.frames = 0;
             self.frame = 0;
         }
         if before.map(|c| &c.sources) != Some(&content.sources) {
             self.source_frames = 0;
         }
-        if self.frames == settings.settle_frames {
+        if self.since >= settings.settle_frames {
             return;
         }
         let fresh = before.is_none_or(|c| c.sources.history != content.sources.history);
@@ -374,17 +388,23 @@ impl HintsCache {
         };
         let sleeps = probes.gpu().sleeping != 0
             && self.busy > BUSY
+            && moved.is_some()
             && settings.bounce == HintBounce::Surfaces;
+        // Hints that sleep have their turn in every fourth frame: each time with other virtual point lights.
+        let turn = match sleeps {
+            true => self.frame + self.frame / 4,
+            false => self.frame,
+        };
         let mut uniform = UniformBuffer::from(GpuHints {
             coefficients: self.coefficients,
             samples,
-            first_sample: (self.frame * samples) % vpls.max(1),
+            first_sample: (turn * samples) % vpls.max(1),
             vpls,
             frame: self.frame,
             // The first frames are rough, and soon count for nothing.
             blend_lights: 2.0 / (self.frames + 2) as f32,
             blend_sources: 1.0 / (self.source_frames + 1) as f32,
-            blend_bounces: match self.frames.checked_sub(BOUNCING_FRAMES) {
+            blend_bounces: match self.since.checked_sub(BOUNCING_FRAMES) {
                 None => 1.0,
                 // What was bounced of incomplete light counts less and less.
                 Some(averaged) => 2.0 / (averaged + 2) as f32,
@@ -584,7 +604,40 @@ impl HintsCache {
         self.bind_group = Some(cache_group);
         self.content = Some(content);
         self.frame = self.frame.wrapping_add(1) % 4096;
+        self.since += 1;
         self.frames += 1;
         self.source_frames += u32::from(look);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_light_of_before_is_left_when_hints_rest() {
+        for (settle_frames, temporal_blend) in [
+            (1, 0.5),
+            (2, 0.5),
+            (16, 0.5),
+            (32, 0.5),
+            (32, 0.05),
+            (128, 0.05),
+        ] {
+            let settings = RadianceHintsSettings {
+                settle_frames,
+                temporal_blend,
+                ..Default::default()
+            };
+            let memory = memory(&settings);
+            let shares = (memory..memory + settle_frames).map(|n| 2.0 / (n + 2) as f32);
+            let left: f32 = shares.map(|share| 1.0 - share).product();
+            assert!(
+                left <= 0.02 + 1e-6,
+                "{settle_frames}, {temporal_blend}: {left}"
+            );
+        }
+        assert_eq!(memory(&RadianceHintsSettings::default()), 2);
+        assert_eq!(memory(&RadianceHintsSettings::paper()), 0);
     }
 }

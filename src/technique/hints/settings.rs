@@ -54,8 +54,7 @@ pub enum HintOcclusion {
     /// Nothing, as in the paper.
     None,
     /// Some points on the way are compared with what the light sees; each that is hidden from it takes a part
-    /// (section 8 of the paper, seen from the light instead of the camera). Only with disks: with other
-    /// sampling nothing is in the way.
+    /// (section 8 of the paper, seen from the light instead of the camera).
     LightDepth,
     /// The same points are compared with what the first GI camera saw in the last frame, as in the paper. Light
     /// depends on where one looks from, and what the camera does not see hides nothing.
@@ -121,9 +120,10 @@ pub struct RadianceHintsSettings {
     pub sampling: HintSampling,
     /// Radius of the disk, as a fraction of the map's side. Range 0.02..=1, default 0.35. No cost.
     pub spread: f32,
-    /// Share of a frame in the light of lamps while it changes in every frame, and while meshes move; rounded to
-    /// whole frames of memory. Less is calmer, and lags more. Range 0.05..=1, default 0.5 as in the paper
-    /// (section 9.1). No cost.
+    /// Share of a frame in the light of lamps while meshes move; rounded to whole frames of memory. Less is calmer, and
+    /// lags more. At least two thirds while lamps change, and so much that after
+    /// [`settle_frames`](Self::settle_frames) no more than a fiftieth of the light of before is left. Range
+    /// 0.05..=1, default 0.5, which is what the paper has for the picture (section 9.1). No cost.
     pub temporal_blend: f32,
     /// What stands between a hint and what lights it. Default [`HintOcclusion::Voxels`]. Cost: most of
     /// that of the samples.
@@ -209,7 +209,8 @@ impl Default for RadianceHintsSettings {
 }
 
 impl RadianceHintsSettings {
-    /// The given quality.
+    /// The given quality. Neither the number of hints nor that of voxels: these go with the scene, see
+    /// [`ProbeSet`](crate::ProbeSet) and [`GiVolume`](crate::GiVolume).
     pub fn preset(quality: GiQuality) -> Self {
         let medium = Self::default();
         match quality {
@@ -281,6 +282,16 @@ impl RadianceHintsSettings {
             samples: 192,
             settle_frames: 16,
             ..Self::default()
+        }
+    }
+
+    /// The same settings, but for what only changes how light at the hints is looked up.
+    pub(super) fn without_lookup(&self) -> Self {
+        Self {
+            specular: true,
+            first_gain: 1.0,
+            later_gain: 1.0,
+            ..self.clone()
         }
     }
 
