@@ -177,6 +177,10 @@ fn plot(name: &str) -> Plot<'_> {
         .include_y(0.0)
         .show_axes([false, true])
         .y_grid_spacer(marks)
+        .y_axis_formatter(|mark, _| {
+            let decimals = -mark.step_size.log10().floor();
+            format!("{:.*}", decimals.clamp(0.0, 6.0) as usize, mark.value)
+        })
         .allow_zoom(false)
         .allow_drag(false)
         .allow_scroll(false)
