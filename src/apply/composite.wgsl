@@ -3,7 +3,7 @@
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::surface::{
-    Surface, diffuse_albedo, load_surface, position_at, previous_uv, specular_albedo, view,
+    Surface, diffuse_albedo, gathered_pixel, load_surface, position_at, previous_uv, specular_albedo, view,
 }
 #import bevy_pbr::ssao_utils::ssao_multibounce
 #import bevy_pbr::utils::octahedral_decode
@@ -45,8 +45,8 @@ struct Indirect {
 
 // The point that gathered pixel `at` shows, metres.
 fn gathered_point(at: vec2<i32>, depth: f32) -> vec3<f32> {
-    let pixel = vec2<u32>(at) * composite.divisor + composite.divisor / 2u;
-    return position_at(min(pixel, vec2<u32>(view.viewport.zw) - 1u), depth);
+    let full_size = vec2<u32>(view.viewport.zw);
+    return position_at(gathered_pixel(vec2<u32>(at), composite.divisor, full_size), depth);
 }
 
 // Joint bilateral upsampling (Kopf et al. 2007): the four gathered pixels around, by how much

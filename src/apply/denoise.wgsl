@@ -1,6 +1,6 @@
 // Spatial filter of accumulated light: a mean over neighbours on the same surface.
 
-#import bevy_gi::surface::position_at
+#import bevy_gi::surface::{gathered_pixel, position_at}
 #import bevy_pbr::utils::octahedral_decode
 
 struct Denoise {
@@ -20,11 +20,7 @@ struct Denoise {
 
 // The point that gathered pixel `at` shows, metres.
 fn point(at: vec2<i32>, depth: f32) -> vec3<f32> {
-    let pixel = min(
-        vec2<u32>(at) * settings.divisor + settings.divisor / 2u,
-        settings.full_size - 1u,
-    );
-    return position_at(pixel, depth);
+    return position_at(gathered_pixel(vec2<u32>(at), settings.divisor, settings.full_size), depth);
 }
 
 @compute @workgroup_size(8, 8)

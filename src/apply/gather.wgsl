@@ -2,7 +2,7 @@
 #define_import_path bevy_gi::apply::gather
 
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
-#import bevy_gi::surface::{Surface, load_surface}
+#import bevy_gi::surface::{Surface, gathered_pixel, load_surface}
 
 struct Box {
     min: vec3<f32>,
@@ -26,11 +26,6 @@ struct Gather {
 @group(3) @binding(2) var specular_before: texture_2d<f32>;
 @group(3) @binding(3) var diffuse_target: texture_storage_2d<rgba16float, write>;
 @group(3) @binding(4) var specular_target: texture_storage_2d<rgba16float, write>;
-
-// The pixel whose surface stands for gathered pixel `id`.
-fn gathered_pixel(id: vec2<u32>) -> vec2<u32> {
-    return min(id * gather.divisor + gather.divisor / 2u, gather.full_size - 1u);
-}
 
 // Share of a volume at `p`: 1 inside, 0 outside, smooth over its border.
 fn inside(b: Box, p: vec3<f32>) -> f32 {
@@ -62,7 +57,7 @@ fn begin(id: vec2<u32>) -> Gathered {
     if any(id >= gather.size) {
         return g;
     }
-    g.surface = load_surface(gathered_pixel(id));
+    g.surface = load_surface(gathered_pixel(id, gather.divisor, gather.full_size));
     if g.surface.exists {
         g.weight = volume_weight(g.surface.position);
     }

@@ -1,6 +1,6 @@
 // Temporal accumulation of gathered light on reprojected surfaces.
 
-#import bevy_gi::surface::{load_surface, previous_uv}
+#import bevy_gi::surface::{gathered_pixel, load_surface, previous_uv}
 #import bevy_pbr::utils::{octahedral_decode, octahedral_encode}
 
 struct Temporal {
@@ -31,7 +31,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = vec2<i32>(id.xy);
-    let pixel = min(id.xy * temporal.divisor + temporal.divisor / 2u, temporal.full_size - 1u);
+    let pixel = gathered_pixel(id.xy, temporal.divisor, temporal.full_size);
     let surface = load_surface(pixel);
     if !surface.exists {
         textureStore(diffuse_target, at, vec4(0.0));

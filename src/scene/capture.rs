@@ -211,14 +211,14 @@ impl<K: CaptureKind> CaptureViews<K> {
     /// Whether a view shows something else than before: a mesh was added or removed this frame, or waits for an
     /// asset.
     pub fn changed(&self, owner: Entity, index: u32) -> bool {
-        let view = self.views.get(&(owner, index));
-        view.is_some_and(|view| self.changed.contains(view))
+        let view = self.get(owner, index);
+        view.is_some_and(|view| self.changed.contains(&view))
     }
 
     /// Whether a mesh of a view waits for an asset: until then it is missing.
     pub fn waits(&self, owner: Entity, index: u32) -> bool {
-        let view = self.views.get(&(owner, index));
-        view.is_some_and(|view| self.waiting.contains(view))
+        let view = self.get(owner, index);
+        view.is_some_and(|view| self.waiting.contains(&view))
     }
 
     /// Whether every pipeline is compiled: until then, meshes would be missing.

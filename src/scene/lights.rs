@@ -166,17 +166,18 @@ impl SceneLight {
         unit * gpu.color.max_element()
     }
 
-    /// Shadow maps of this light: the faces of a cube, or one.
-    pub fn shadow_maps(&self) -> usize {
-        if !self.shadows {
-            0
-        } else if self.gpu.kind == LightKind::Point as u32
-            || self.gpu.kind == LightKind::Rect as u32
-        {
-            6
-        } else {
-            1
+    /// Maps that show all that it lights: the faces of a cube, or one.
+    pub(crate) fn maps(&self) -> usize {
+        let cube = [LightKind::Point, LightKind::Rect];
+        match cube.into_iter().any(|kind| kind as u32 == self.gpu.kind) {
+            true => 6,
+            false => 1,
         }
+    }
+
+    /// Shadow maps of this light.
+    pub fn shadow_maps(&self) -> usize {
+        if self.shadows { self.maps() } else { 0 }
     }
 }
 

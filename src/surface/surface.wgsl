@@ -68,6 +68,11 @@ fn load_surface(pixel: vec2<u32>) -> Surface {
     return s;
 }
 
+// The pixel that gathered pixel `at` stands for, one of `divisor` x `divisor`.
+fn gathered_pixel(at: vec2<u32>, divisor: u32, full_size: vec2<u32>) -> vec2<u32> {
+    return min(at * divisor + divisor / 2u, full_size - 1u);
+}
+
 // The point at distance `depth` along the view axis that `pixel` shows.
 fn position_at(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
     let uv = (vec2<f32>(pixel) + 0.5) / view.viewport.zw;

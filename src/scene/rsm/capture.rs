@@ -178,12 +178,11 @@ pub(crate) fn extract_rsm_views(
             }
             let size = light.rsm_size.unwrap_or(settings.rsm_size);
             let size = size.next_power_of_two();
-            let views = scene.views(light);
-            if maps.len() + views.len() > settings.max_shadow_maps as usize {
+            if maps.len() + light.maps() > settings.max_shadow_maps as usize {
                 without += 1;
                 continue;
             }
-            for view in views {
+            for view in scene.views(light) {
                 let gpu = gpu_map(light, number, &view.view, size);
                 if gpu.world_from_clip.is_finite() && gpu.world_from_clip != Mat4::ZERO {
                     maps.push(RsmMap {

@@ -112,6 +112,10 @@ fn show_hints(@builtin(global_invocation_id) id: vec3<u32>) {
     } else {
         hint = load_hint(at);
     }
+    var plain = vec3(0.0);
+    if shown.is_light == 0u {
+        plain = plain_value(id.x);
+    }
     for (var i = 0u; i < 6u; i++) {
         let light = weigh_signed(hint, sh_cosine(side(i)));
         if shown.is_light != 0u {
@@ -122,7 +126,7 @@ fn show_hints(@builtin(global_invocation_id) id: vec3<u32>) {
             let lacking = max(-light / max(mean, vec3(1e-12)), vec3(0.0));
             shape.sides[i] = vec4(saturate(max(lacking.r, max(lacking.g, lacking.b))), 0.0, 0.0, 0.0);
         } else {
-            shape.sides[i] = vec4(plain_value(id.x), 0.0);
+            shape.sides[i] = vec4(plain, 0.0);
         }
     }
     shapes[id.x] = shape;
