@@ -194,10 +194,6 @@ fn shaders_are_valid_and_fit_the_limits_of_webgpu() {
     let server = app.world().resource::<AssetServer>();
     let (_, mut common) = VoxelConeTracing::gather_shader(server);
     common.extend(RadianceHints::gather_shader(server).1);
-    common.push(ShaderDefVal::UInt(
-        "MAX_VOLUMES".into(),
-        apply::gather::MAX_VOLUMES as u32,
-    ));
     // What Bevy's pipeline cache and prepass add.
     for (name, value) in [
         ("AVAILABLE_STORAGE_BUFFER_BINDINGS", 8),

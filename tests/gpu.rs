@@ -6,6 +6,8 @@ mod common;
 
 #[path = "gpu/bad_input.rs"]
 mod bad_input;
+#[path = "gpu/bulbs.rs"]
+mod bulbs;
 #[path = "gpu/casters.rs"]
 mod casters;
 #[path = "gpu/cornell.rs"]
@@ -20,8 +22,12 @@ mod hints;
 mod inspector;
 #[path = "gpu/lights.rs"]
 mod lights;
+#[path = "gpu/many.rs"]
+mod many;
 #[path = "gpu/off.rs"]
 mod off;
+#[path = "gpu/outside.rs"]
+mod outside;
 #[path = "gpu/probes.rs"]
 mod probes;
 #[path = "gpu/quality.rs"]

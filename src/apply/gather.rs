@@ -5,15 +5,19 @@ use std::marker::PhantomData;
 use bevy::{
     app::{App, Plugin},
     asset::AssetServer,
-    camera::Camera,
+    camera::{
+        Camera,
+        primitives::{Aabb, Frustum},
+    },
     core_pipeline::schedule::Core3d,
     ecs::prelude::*,
-    math::{UVec2, UVec3, Vec3},
+    log::warn,
+    math::{Affine3A, UVec2, UVec3, Vec3, primitives::ViewFrustum},
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
-        view::ViewUniformOffset,
+        view::{ExtractedView, ViewUniformOffset},
     },
     shader::load_shader_library,
 };
@@ -28,6 +32,7 @@ use crate::{
     scene::{
         bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
         needs::{NeedsKnown, SceneNeeds},
+        visibility::grid_bounds,
         volume::ExtractedVolume,
     },
     schedule::GiSystems,
@@ -36,8 +41,9 @@ use crate::{
     technique::{Technique, TechniqueCache},
 };
 
-/// Most volumes that light one camera.
-pub(crate) const MAX_VOLUMES: usize = 8;
+/// Volumes that light one camera at most: each is a pass over its picture. Those that the camera does not see do
+/// not count.
+const MAX_VOLUMES: usize = 64;
 
 /// A volume's box, for blending.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
@@ -62,10 +68,10 @@ pub(crate) struct GpuGather {
     frame: u32,
     /// Whether light from the sky is gathered too.
     with_sky: u32,
-    /// Which of the boxes this pass is for.
-    volume: u32,
-    /// All volumes, finest first.
-    boxes: [GpuBox; MAX_VOLUMES],
+    /// Whether this is the first volume's pass.
+    first: u32,
+    /// The volume of this pass.
+    volume_box: GpuBox,
 }
 
 /// The indirect light of a camera, at gather resolution, in the render world.
@@ -161,10 +167,65 @@ pub(crate) fn gather_texture(
         .map(|texture| texture.create_view(&TextureViewDescriptor::default()))
 }
 
+type ViewData<'a> = (
+    Entity,
+    &'a ExtractedView,
+    Option<&'a ViewSurface>,
+    Option<&'a mut ViewIndirect>,
+);
+
+/// The volumes that a camera sees, finest first; where they are too many, those that are nearest to it.
+fn seen_volumes<'a>(
+    view: &ExtractedView,
+    volumes: &[(Entity, &'a ExtractedVolume)],
+    statistics: &GiStatistics,
+) -> Vec<(Entity, &'a ExtractedVolume)> {
+    let clip_from_view = view.clip_from_view;
+    let clip_from_world = clip_from_view * view.world_from_view.to_matrix().inverse();
+    let frustum = Frustum(ViewFrustum::from_clip_from_world(&clip_from_world));
+    let is_seen = |(_, volume): &&(Entity, &ExtractedVolume)| {
+        let (center, half) = (volume.grid.center(), 0.5 * volume.grid.size());
+        let aabb = Aabb {
+            center: center.into(),
+            half_extents: half.into(),
+        };
+        frustum.intersects_obb(&aabb, &Affine3A::IDENTITY, true, false)
+    };
+    let mut seen: Vec<_> = volumes.iter().filter(is_seen).copied().collect();
+    if seen.len() > MAX_VOLUMES {
+        let warning = format!(
+            "a camera sees {} GiVolumes, more than {MAX_VOLUMES}: the farthest do not light it",
+            seen.len()
+        );
+        if !statistics.warnings().contains(&warning) {
+            warn!("{warning}");
+        }
+        statistics.warn(vec![warning]);
+        let eye = view.world_from_view.translation();
+        let distance = |volume: &ExtractedVolume| {
+            grid_bounds(&volume.grid)
+                .closest_point(eye)
+                .distance(eye.into())
+        };
+        seen.sort_by(|(_, a), (_, b)| {
+            distance(a)
+                .total_cmp(&distance(b))
+                .then(a.rank.cmp(&b.rank))
+        });
+        seen.truncate(MAX_VOLUMES);
+        seen.sort_by_key(|(_, volume)| volume.rank);
+    }
+    if seen.is_empty() {
+        // What lit the picture before is not seen any more: one pass writes that.
+        seen.extend(volumes.first().copied());
+    }
+    seen
+}
+
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn prepare_view_indirect(
     mut commands: Commands,
-    mut views: Query<(Entity, Option<&ViewSurface>, Option<&mut ViewIndirect>)>,
+    mut views: Query<ViewData>,
     volumes: Query<(Entity, &ExtractedVolume)>,
     settings: Res<GiSettings>,
     history: Res<GiHistory>,
@@ -176,21 +237,8 @@ fn prepare_view_indirect(
 ) {
     let Some(layout) = layout else { return };
     let mut sorted: Vec<_> = volumes.iter().collect();
-    sorted.sort_by(|(_, a), (_, b)| {
-        (a.grid.voxel.total_cmp(&b.grid.voxel)).then(a.main.cmp(&b.main))
-    });
-    sorted.truncate(MAX_VOLUMES);
-    let mut boxes = [GpuBox::default(); MAX_VOLUMES];
-    for (gpu, (_, volume)) in boxes.iter_mut().zip(&sorted) {
-        let size = volume.grid.size();
-        *gpu = GpuBox {
-            min: volume.grid.origin,
-            max: volume.grid.origin + size,
-            fade: volume.fade * size.min_element(),
-            pad: 0.0,
-        };
-    }
-    for (entity, surface, indirect) in &mut views {
+    sorted.sort_by_key(|(_, volume)| volume.rank);
+    for (entity, view, surface, indirect) in &mut views {
         let Some(surface) = surface else {
             if indirect.is_some() {
                 commands.entity(entity).remove::<ViewIndirect>();
@@ -223,18 +271,24 @@ fn prepare_view_indirect(
                 (targets, 0)
             }
         };
-        let passes = sorted
-            .iter()
+        let passes = seen_volumes(view, &sorted, &statistics)
+            .into_iter()
             .enumerate()
-            .map(|(i, (volume, _))| {
+            .map(|(i, (entity, volume))| {
+                let extent = volume.grid.size();
                 let mut uniform = UniformBuffer::from(GpuGather {
                     size,
                     full_size: surface.size,
                     divisor,
                     frame,
                     with_sky: settings.replace_ambient.into(),
-                    volume: i as u32,
-                    boxes,
+                    first: (i == 0).into(),
+                    volume_box: GpuBox {
+                        min: volume.grid.origin,
+                        max: volume.grid.origin + extent,
+                        fade: volume.fade * extent.min_element(),
+                        pad: 0.0,
+                    },
                 });
                 uniform.write_buffer(&device, &queue);
                 let [to, from] = [&targets[i % 2], &targets[1 - i % 2]];
@@ -245,7 +299,7 @@ fn prepare_view_indirect(
                         &uniform, &*from[0], &*from[1], &*to[0], &*to[1],
                     )),
                 );
-                (*volume, group)
+                (entity, group)
             })
             .collect();
         commands.entity(entity).insert(ViewIndirect {
@@ -299,11 +353,7 @@ fn init_gather_pipeline<T: Technique>(
     scene: Res<SceneLayout>,
     gather: Res<GatherLayout>,
 ) {
-    let (shader, mut defs) = T::gather_shader(&server);
-    defs.push(bevy::shader::ShaderDefVal::UInt(
-        "MAX_VOLUMES".into(),
-        MAX_VOLUMES as u32,
-    ));
+    let (shader, defs) = T::gather_shader(&server);
     let pass = ComputePass::new(
         &cache,
         T::GATHER,

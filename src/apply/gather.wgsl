@@ -17,8 +17,8 @@ struct Gather {
     divisor: u32,
     frame: u32,
     with_sky: u32,
-    volume: u32,
-    boxes: array<Box, #{MAX_VOLUMES}>,
+    first: u32,
+    volume_box: Box,
 }
 
 @group(3) @binding(0) var<uniform> gather: Gather;
@@ -33,13 +33,12 @@ fn inside(b: Box, p: vec3<f32>) -> f32 {
     return smoothstep(0.0, max(b.fade, 1e-4), min(d.x, min(d.y, d.z)));
 }
 
-// Share of this pass' volume at `p`: finer volumes come first, coarser ones take what is left.
-fn volume_weight(p: vec3<f32>) -> f32 {
-    var left = 1.0;
-    for (var i = 0u; i < gather.volume; i++) {
-        left *= 1.0 - inside(gather.boxes[i], p);
+// Part of a gathered pixel that finer volumes have lit already.
+fn lit_before(id: vec2<u32>) -> f32 {
+    if gather.first != 0u {
+        return 0.0;
     }
-    return left * inside(gather.boxes[gather.volume], p);
+    return textureLoad(diffuse_before, vec2<i32>(id), 0).a;
 }
 
 // What a thread gathers light for.
@@ -59,7 +58,8 @@ fn begin(id: vec2<u32>) -> Gathered {
     }
     g.surface = load_surface(gathered_pixel(id, gather.divisor, gather.full_size));
     if g.surface.exists {
-        g.weight = volume_weight(g.surface.position);
+        // Finer volumes come first, coarser ones take what is left.
+        g.weight = inside(gather.volume_box, g.surface.position) * (1.0 - lit_before(id));
     }
     g.exists = g.weight > 0.0;
     if !g.exists {
@@ -72,7 +72,7 @@ fn begin(id: vec2<u32>) -> Gathered {
 fn store(id: vec2<u32>, weight: f32, diffuse: vec3<f32>, specular: vec3<f32>) {
     var d = vec4(diffuse / RADIANCE_SCALE, 1.0) * weight;
     var s = vec4(specular / RADIANCE_SCALE, 1.0) * weight;
-    if gather.volume > 0u {
+    if gather.first == 0u {
         d += textureLoad(diffuse_before, vec2<i32>(id), 0);
         s += textureLoad(specular_before, vec2<i32>(id), 0);
     }

@@ -34,7 +34,6 @@ const NAME: &str = "gi/debug/light_maps";
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
 struct GpuTiles {
     count: u32,
-    size: u32,
     /// A [`GiView`].
     content: u32,
     /// Marks in reflective shadow maps.
@@ -200,12 +199,10 @@ fn draw(
         .bind_group
         .as_ref()
         .filter(|_| debug.view != GiView::ShadowMaps);
-    let (shader, name, tiles) = match reflective {
-        Some(_) => (&pass.rsm, "gi/debug/rsm", [rsm.count(), 0]),
-        None if debug.view == GiView::ShadowMaps => {
-            (&pass.shadows, NAME, [shadows.count(), shadows.size()])
-        }
-        None => (&pass.shadows, NAME, [0, 0]),
+    let (shader, name, count) = match reflective {
+        Some(_) => (&pass.rsm, "gi/debug/rsm", rsm.count()),
+        None if debug.view == GiView::ShadowMaps => (&pass.shadows, NAME, shadows.count()),
+        None => (&pass.shadows, NAME, 0),
     };
     let pipeline = pass
         .pipelines
@@ -214,8 +211,7 @@ fn draw(
         return;
     };
     let mut uniform = UniformBuffer::from(GpuTiles {
-        count: tiles[0],
-        size: tiles[1],
+        count,
         content: debug.view as u32,
         marks: marks.iter().next().map_or(0, |marks| marks.count),
     });

@@ -13,8 +13,6 @@
 struct Tiles {
     // Maps; 0 if no light has any.
     count: u32,
-    // Texels along a side of a map.
-    size: u32,
     // Which of the views.
     content: u32,
     // Marks in reflective shadow maps.
@@ -91,8 +89,12 @@ fn map_color(index: u32, uv: vec2<f32>) -> vec3<f32> {
 }
 #else
 fn map_color(index: u32, uv: vec2<f32>) -> vec3<f32> {
-    let texel = min(vec2<u32>(uv * f32(tiles.size)), vec2(tiles.size - 1u));
-    let z = textureLoad(shadow_maps, vec2<i32>(texel), i32(index), 0);
-    return depth_color(z, shadow_views[index]);
+    let map = shadow_views[index];
+    if map.drawn == 0u {
+        return vec3(0.0);
+    }
+    let page = vec2<f32>(textureDimensions(shadow_maps));
+    let texel = vec2<i32>((map.origin + map.size * clamp(uv, vec2(map.inset), vec2(1.0 - map.inset))) * page);
+    return depth_color(textureLoad(shadow_maps, texel, map.page, 0), map.clip_from_world);
 }
 #endif

@@ -1,8 +1,8 @@
 // Virtual point lights as spheres.
 
 #import bevy_gi::debug::types::Shape
-#import bevy_gi::gpu::pack::unpack_normal
 #import bevy_gi::scene::rsm::lookup::vpls
+#import bevy_gi::scene::rsm::types::vpl_normal
 
 struct ShowVpls {
     count: u32,
@@ -24,7 +24,7 @@ fn show_vpls(@builtin(global_invocation_id) id: vec3<u32>) {
     // A part of the patch that it stands for.
     shape.radius = 0.25 * sqrt(vpl.radius_squared);
     // The radiance of that patch, as far as a side looks the same way.
-    let n = unpack_normal(vpl.normal);
+    let n = vpl_normal(vpl);
     let radiance = vpl.flux / max(PI * PI * vpl.radius_squared, 1e-12);
     for (var i = 0u; i < 6u; i++) {
         let facing = select(n[i / 2u], -n[i / 2u], i % 2u == 1u);

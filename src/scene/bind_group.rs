@@ -102,7 +102,7 @@ fn prepare_scene_bind_groups(
     let (
         Some(layout),
         Some(lights),
-        Some(matrices),
+        Some(shadow_views),
         Some(maps),
         Some(shadow_sampler),
         Some(sky_uniform),
@@ -110,7 +110,7 @@ fn prepare_scene_bind_groups(
     ) = (
         layout,
         lights.buffer.binding(),
-        shadows.matrices.binding(),
+        shadows.views.binding(),
         &shadows.view,
         &shadows.sampler,
         sky.buffer.binding(),
@@ -128,7 +128,7 @@ fn prepare_scene_bind_groups(
             &BindGroupEntries::sequential((
                 &uniform,
                 lights.clone(),
-                matrices.clone(),
+                shadow_views.clone(),
                 maps,
                 shadow_sampler,
                 sky_uniform.clone(),

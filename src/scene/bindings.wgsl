@@ -1,11 +1,11 @@
 // Group 1: the scene's lights, shadows and sky, and the grid of the volume at hand.
 #define_import_path bevy_gi::scene::bindings
 
-#import bevy_gi::scene::types::{Lights, Sky, Volume}
+#import bevy_gi::scene::types::{Lights, ShadowView, Sky, Volume}
 
 @group(1) @binding(0) var<uniform> volume: Volume;
 @group(1) @binding(1) var<storage, read> lights: Lights;
-@group(1) @binding(2) var<storage, read> shadow_views: array<mat4x4<f32>>;
+@group(1) @binding(2) var<storage, read> shadow_views: array<ShadowView>;
 @group(1) @binding(3) var shadow_maps: texture_depth_2d_array;
 @group(1) @binding(4) var shadow_sampler: sampler_comparison;
 @group(1) @binding(5) var<uniform> sky: Sky;

@@ -1,28 +1,35 @@
 //! What each light looks at: the projections of its shadow maps and reflective shadow maps, and the meshes
 //! in each.
 
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::{
+    f32::consts::{FRAC_PI_2, PI},
+    hash::{BuildHasher, Hash, Hasher},
+};
 
 use bevy::{
-    ecs::entity::Entity,
+    camera::Camera,
+    ecs::prelude::*,
     math::{
         Mat4, UVec2, Vec3, Vec3A, Vec4,
         bounding::{Aabb3d, BoundingVolume},
     },
-    transform::components::Transform,
+    platform::hash::FixedHasher,
+    transform::components::{GlobalTransform, Transform},
 };
 
 use super::{
     capture::WantedView,
     lights::{LightKind, SceneLight},
     visibility::{Caster, SceneCasters, corners, grid_bounds, overlaps},
-    volume::VolumeGrid,
+    volume::{VolumeGrid, finest_first},
 };
+use crate::camera::GiCamera;
 
-/// Nearer to a point, rect or spot light than this, nothing is seen. Metres.
-const NEAR: f32 = 0.02;
+/// Depth needs a near plane, metres.
+const SMALLEST_NEAR: f32 = 1e-4;
 
 /// Projection and view of one map.
+#[derive(Clone, Debug)]
 pub(crate) struct MapView {
     pub clip_from_view: Mat4,
     pub world_from_view: Transform,
@@ -55,16 +62,44 @@ impl Sides {
     }
 }
 
-/// What all lights look at.
+/// What all lights look at, and from where that is looked at.
 pub(crate) struct LitScene<'a> {
-    volumes: Aabb3d,
+    volumes: Vec<LitVolume>,
     casters: Vec<&'a Caster>,
+    /// Where the GI cameras are, metres.
+    cameras: Vec<Vec3>,
+    /// A number that stands for the casters and the volumes.
+    pub content: u64,
+}
+
+/// A volume whose surfaces are to be lit.
+#[derive(Clone, Copy, Debug)]
+struct LitVolume {
+    entity: Entity,
+    bounds: Aabb3d,
+}
+
+impl LitVolume {
+    /// Half of its longest side, metres.
+    fn radius(&self) -> f32 {
+        self.bounds.half_size().max_element()
+    }
+
+    /// Distance to a point, 0 inside.
+    fn distance(&self, p: Vec3) -> f32 {
+        self.bounds.closest_point(p).distance(p.into())
+    }
 }
 
 /// One map of a light, and what it sees.
+#[derive(Clone, Debug)]
 pub(crate) struct LightView {
+    /// Which of the light's: the face of a cube, or the number of the volume's entity.
     pub face: u32,
     pub view: MapView,
+    pub clip_from_world: Mat4,
+    /// Surfaces outside of this box are none of the volume's business: they cast, but do not bounce.
+    pub bounces: Aabb3d,
     /// Main-world meshes, sorted.
     meshes: Vec<Entity>,
     /// What they look like, see [`SceneCasters::content`].
@@ -73,62 +108,164 @@ pub(crate) struct LightView {
 
 impl LightView {
     /// What draws the map.
-    pub fn wanted(self, owner: Entity, size: u32) -> WantedView {
+    pub fn wanted(&self, owner: Entity, size: u32) -> WantedView {
         WantedView {
             owner,
             index: self.face,
             clip_from_view: self.view.clip_from_view,
             world_from_view: self.view.world_from_view,
             size: UVec2::splat(size),
-            meshes: self.meshes,
+            meshes: self.meshes.clone(),
         }
     }
 }
 
 impl<'a> LitScene<'a> {
     /// `None` without volumes: then nobody looks at a map.
-    pub fn new<'g>(
-        grids: impl Iterator<Item = &'g VolumeGrid>,
-        casters: impl Iterator<Item = &'a Caster>,
+    pub fn new(
+        grids: &Query<(Entity, &VolumeGrid)>,
+        casters: &'a SceneCasters,
+        cameras: &Query<(&Camera, &GlobalTransform), With<GiCamera>>,
     ) -> Option<Self> {
-        let volumes = grids.filter_map(|grid| grid.0.as_ref().map(grid_bounds));
-        Some(Self {
-            volumes: volumes.reduce(|a, b| a.merge(&b))?,
-            casters: casters.collect(),
+        let mut grids: Vec<_> = grids.iter().filter_map(|(e, g)| Some((e, g.0?))).collect();
+        grids.sort_by(|(a, a_grid), (b, b_grid)| finest_first((a_grid, *a), (b_grid, *b)));
+        let mut hasher = FixedHasher.build_hasher();
+        casters.version.hash(&mut hasher);
+        for (entity, grid) in &grids {
+            entity.hash(&mut hasher);
+            for number in grid
+                .origin
+                .to_array()
+                .into_iter()
+                .chain(grid.size().to_array())
+            {
+                number.to_bits().hash(&mut hasher);
+            }
+        }
+        let volumes = grids.into_iter().map(|(entity, grid)| LitVolume {
+            entity,
+            bounds: grid_bounds(&grid),
+        });
+        let active = cameras.iter().filter(|(camera, _)| camera.is_active);
+        let scene = Self {
+            volumes: volumes.collect(),
+            // What casts no shadow for Bevy lets light through here too, and so does not catch it.
+            casters: casters
+                .casters
+                .iter()
+                .filter(|caster| caster.shadow)
+                .collect(),
+            cameras: active
+                .map(|(_, transform)| transform.translation())
+                .collect(),
+            content: hasher.finish(),
+        };
+        (!scene.volumes.is_empty()).then_some(scene)
+    }
+
+    /// The maps of a light; none if it gets to no volume.
+    pub fn views(&self, light: &SceneLight) -> Vec<LightView> {
+        let casters = self.casters.iter().copied();
+        let Some(reach) = reach(light) else {
+            let casters: Vec<_> = casters.collect();
+            // Where the maps of volumes overlap, light is counted in the finest: the others must know where that is.
+            let mut finer = FixedHasher.build_hasher();
+            let views = self.volumes.iter().map(|volume| {
+                let around = volume.bounds.grow(Vec3A::splat(2.0 * volume.radius()));
+                let view = directional_view(light.gpu.direction, &volume.bounds, &casters);
+                let mut view = LightView::new(volume.entity.index_u32(), view, around, &casters);
+                view.content ^= finer.finish();
+                view.clip_from_world
+                    .to_cols_array()
+                    .map(f32::to_bits)
+                    .hash(&mut finer);
+                view
+            });
+            return views.collect();
+        };
+        if !self.volumes.iter().any(|v| overlaps(&reach, &v.bounds)) {
+            return Vec::new();
+        }
+        let reached: Vec<_> = casters.filter(|c| overlaps(&c.bounds, &reach)).collect();
+        let views = lamp_views(light).into_iter().zip(0..);
+        let views = views.map(|(view, face)| LightView::new(face, view, reach, &reached));
+        views.collect()
+    }
+
+    /// What a map is worth: about the illuminance that its light makes where a camera is, lux.
+    pub fn importance(&self, light: &SceneLight, face: u32) -> f32 {
+        let volume = self.volume_of(light, face);
+        // Nearer than that, distance says nothing.
+        let radii = self.volumes.iter().map(LitVolume::radius);
+        let near = match volume {
+            Some(volume) => volume.radius(),
+            None => 0.5 * radii.fold(f32::MAX, f32::min),
+        };
+        let distances = self.cameras.iter().map(|camera| match volume {
+            Some(volume) => volume.distance(*camera),
+            None => light.gpu.position.distance(*camera),
+        });
+        // Without a camera, all are as far away.
+        let distance = distances.reduce(f32::min).unwrap_or(0.0).max(near);
+        let lumens = match volume {
+            Some(volume) => light.power() * volume.radius().powi(2),
+            None => light.power(),
+        };
+        lumens / (distance * distance).max(1e-12)
+    }
+
+    /// How much the light that a map catches matters to each volume, finest first: as much as light from a source so far
+    /// away, 1 inside.
+    pub fn relevance(&self, light: &SceneLight, face: u32) -> impl Iterator<Item = f32> {
+        let of = self.volume_of(light, face).copied();
+        let position = light.gpu.position;
+        self.volumes.iter().map(move |volume| {
+            let distance = match of {
+                Some(of) => {
+                    let gap =
+                        (volume.bounds.min - of.bounds.max).max(of.bounds.min - volume.bounds.max);
+                    gap.max(Vec3A::ZERO).length()
+                }
+                None => volume.distance(position),
+            };
+            let radius = volume.radius().max(1e-6);
+            1.0 / (1.0 + (distance / radius).powi(2))
         })
     }
 
-    /// Whether a light gets to any volume.
-    pub fn is_reached_by(&self, light: &SceneLight) -> bool {
-        reach(light).is_none_or(|reach| overlaps(&reach, &self.volumes))
+    /// Volumes, finest first.
+    pub fn volumes(&self) -> impl Iterator<Item = Entity> {
+        self.volumes.iter().map(|volume| volume.entity)
     }
 
-    /// The maps of a light.
-    pub fn views(&self, light: &SceneLight) -> Vec<LightView> {
-        let reach = reach(light);
-        let casters = self.casters.iter().copied();
-        let reached: Vec<_> = casters
-            .filter(|c| reach.is_none_or(|reach| overlaps(&c.bounds, &reach)))
-            .collect();
-        let views = light_views(light, &self.volumes, &reached);
-        let views = views.into_iter().enumerate().map(|(face, view)| {
-            let sides = Sides::new(&view.clip_from_world());
-            let seen = || reached.iter().filter(|c| sides.sees(&c.bounds));
-            LightView {
-                face: face as u32,
-                view,
-                meshes: seen().map(|c| c.entity).collect(),
-                content: SceneCasters::content(seen().copied()),
-            }
-        });
-        views.collect()
+    /// The volume that a directional light's map is for.
+    fn volume_of(&self, light: &SceneLight, face: u32) -> Option<&LitVolume> {
+        let is_for = |volume: &&LitVolume| volume.entity.index_u32() == face;
+        let volumes = light.gpu.is_directional().then_some(&self.volumes);
+        volumes?.iter().find(is_for)
+    }
+}
+
+impl LightView {
+    fn new(face: u32, view: MapView, bounces: Aabb3d, casters: &[&Caster]) -> Self {
+        let clip_from_world = view.clip_from_world();
+        let sides = Sides::new(&clip_from_world);
+        let seen = || casters.iter().copied().filter(|c| sides.sees(&c.bounds));
+        Self {
+            face,
+            view,
+            clip_from_world,
+            bounces,
+            meshes: seen().map(|c| c.entity).collect(),
+            content: SceneCasters::content(seen()),
+        }
     }
 }
 
 /// How far a light gets; `None`: everywhere.
-fn reach(light: &SceneLight) -> Option<Aabb3d> {
-    let unbounded = light.gpu.kind == LightKind::Directional as u32;
-    (!unbounded).then(|| Aabb3d::new(light.gpu.position, Vec3::splat(light.gpu.range)))
+pub(crate) fn reach(light: &SceneLight) -> Option<Aabb3d> {
+    let lamp = !light.gpu.is_directional();
+    lamp.then(|| Aabb3d::new(light.gpu.position, Vec3::splat(light.gpu.range)))
 }
 
 fn any_up(direction: Vec3) -> Vec3 {
@@ -139,60 +276,78 @@ fn any_up(direction: Vec3) -> Vec3 {
     }
 }
 
-/// An orthographic view of `volumes` along the light, from before all `casters` that stand in its way.
-fn directional_view(direction: Vec3, volumes: &Aabb3d, casters: &[&Caster]) -> MapView {
-    let mut world_from_view = Transform::default().looking_to(direction, any_up(direction));
-    world_from_view.translation = Vec3::from(volumes.center());
-    let view_from_world = world_from_view.to_matrix().inverse();
-    let bounds_of = |aabb: &Aabb3d| {
-        let points = corners(aabb).map(|p| Vec3A::from(view_from_world.transform_point3(p)));
+/// Bounds of a box as a light that travels in some direction sees it: the view looks along -z.
+pub(crate) struct Beam(Mat4);
+
+impl Beam {
+    pub fn new(direction: Vec3) -> Self {
+        let view = Transform::default().looking_to(direction, any_up(direction));
+        Self(view.to_matrix().inverse())
+    }
+
+    pub fn bounds(&self, aabb: &Aabb3d) -> Aabb3d {
+        let points = corners(aabb).map(|p| Vec3A::from(self.0.transform_point3(p)));
         Aabb3d::from_point_cloud(bevy::math::Isometry3d::IDENTITY, points.into_iter())
-    };
-    let volumes = bounds_of(volumes);
-    // The view looks along -z: what is nearest to the light has the largest z.
-    let in_the_way = casters.iter().map(|caster| bounds_of(&caster.bounds));
-    let in_the_way = in_the_way.filter(|c| {
-        let beside = |axis| c.min[axis] > volumes.max[axis] || c.max[axis] < volumes.min[axis];
-        !beside(0) && !beside(1)
-    });
-    let nearest = in_the_way.map(|c| c.max.z).fold(volumes.max.z, f32::max);
-    let near = -nearest - 0.1;
-    let far = -volumes.min.z + 0.1;
+    }
+
+    /// Whether what has the bounds `caster` may stand between the light and `lit`.
+    pub fn casts(caster: &Aabb3d, lit: &Aabb3d) -> bool {
+        let beside = |axis| caster.min[axis] > lit.max[axis] || caster.max[axis] < lit.min[axis];
+        !beside(0) && !beside(1) && caster.max.z >= lit.min.z
+    }
+}
+
+/// How far before a volume the view of a directional light begins at most, metres: farther than anything stands,
+/// and so near that depth is still told apart.
+const FARTHEST_CASTER: f32 = 1e6;
+
+/// An orthographic view of `volume` along the light, from before all `casters` that stand in its way, however far away.
+fn directional_view(direction: Vec3, volume: &Aabb3d, casters: &[&Caster]) -> MapView {
+    let mut world_from_view = Transform::default().looking_to(direction, any_up(direction));
+    let beam = Beam::new(direction);
+    let lit = beam.bounds(volume);
+    let in_the_way = casters.iter().map(|caster| beam.bounds(&caster.bounds));
+    let in_the_way = in_the_way.filter(|caster| Beam::casts(caster, &lit));
+    let nearest = in_the_way.map(|c| c.max.z).fold(lit.max.z, f32::max);
+    let nearest = nearest.min(lit.max.z + FARTHEST_CASTER);
+    // The view's origin is that of the volume: large coordinates lose digits.
+    let center = lit.center();
+    world_from_view.translation = Vec3::from(volume.center());
+    let margin = 1e-3 * (nearest - lit.min.z) + 1e-6;
+    let half = lit.half_size();
     MapView {
         // Reverse-Z: far and near are swapped.
         clip_from_view: Mat4::orthographic_rh(
-            volumes.min.x,
-            volumes.max.x,
-            volumes.min.y,
-            volumes.max.y,
-            far,
-            near,
+            -half.x,
+            half.x,
+            -half.y,
+            half.y,
+            half.z + margin,
+            -(nearest - center.z) - margin,
         ),
         world_from_view,
     }
 }
 
-/// A perspective view from `position`.
-fn perspective_view(position: Vec3, direction: Vec3, fov: f32) -> MapView {
+/// A perspective view from `position`, from `near` metres on.
+fn perspective_view(position: Vec3, direction: Vec3, fov: f32, near: f32) -> MapView {
     MapView {
-        clip_from_view: Mat4::perspective_infinite_reverse_rh(fov, 1.0, NEAR),
+        clip_from_view: Mat4::perspective_infinite_reverse_rh(fov, 1.0, near),
         world_from_view: Transform::from_translation(position)
             .looking_to(direction, any_up(direction)),
     }
 }
 
-/// The views of a light's maps, in the order of `cube_face` in `lights.wgsl`.
-fn light_views(light: &SceneLight, volumes: &Aabb3d, casters: &[&Caster]) -> Vec<MapView> {
+/// Views of a lamp's maps, in the order of `cube_face` in `lights.wgsl`.
+fn lamp_views(light: &SceneLight) -> Vec<MapView> {
     let gpu = &light.gpu;
-    if gpu.kind == LightKind::Directional as u32 {
-        return vec![directional_view(gpu.direction, volumes, casters)];
-    }
+    let near = gpu.near.max(SMALLEST_NEAR);
     if gpu.kind == LightKind::Spot as u32 {
         let fov = (2.0 * gpu.cos_outer.acos() + 0.02).clamp(0.02, PI * 0.98);
-        return vec![perspective_view(gpu.position, gpu.direction, fov)];
+        return vec![perspective_view(gpu.position, gpu.direction, fov, near)];
     }
     let axes = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-    axes.map(|axis| perspective_view(gpu.position, axis, FRAC_PI_2))
+    axes.map(|axis| perspective_view(gpu.position, axis, FRAC_PI_2, near))
         .into()
 }
 
@@ -206,7 +361,7 @@ mod tests {
 
     #[test]
     fn a_spot_sees_what_is_before_it() {
-        let view = perspective_view(Vec3::new(0.0, 2.0, 0.0), Vec3::NEG_Y, FRAC_PI_2);
+        let view = perspective_view(Vec3::new(0.0, 2.0, 0.0), Vec3::NEG_Y, FRAC_PI_2, 0.02);
         let sides = Sides::new(&view.clip_from_world());
         for (center, seen) in [
             (Vec3::ZERO, true),

@@ -10,7 +10,7 @@ use bevy::{
     app::{App, Last, Plugin},
     camera::visibility::InheritedVisibility,
     color::{Color, ColorToComponents},
-    ecs::prelude::*,
+    ecs::{prelude::*, system::SystemParam},
     light::{DirectionalLight, PointLight, RectLight, SpotLight},
     log::warn,
     math::{Vec3, Vec3A},
@@ -24,6 +24,7 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
+use super::shadows::SceneShadows;
 use crate::{
     gpu::statistics::GiStatistics,
     settings::{Clamp, Clamped, FieldRange, GiSettings},
@@ -134,6 +135,24 @@ pub struct GpuLight {
     pub half_height: Vec3,
     /// First of its shadow maps, or -1.
     pub shadow: i32,
+    /// What is nearer to a point or spot light along an axis of its maps neither catches nor blocks its light, as for
+    /// Bevy (`shadow_map_near_z`), metres.
+    pub near: f32,
+}
+
+impl GpuLight {
+    /// Whether it comes from infinitely far away.
+    pub fn is_directional(&self) -> bool {
+        self.kind == LightKind::Directional as u32
+    }
+
+    /// The same light, but for its colour and strength.
+    pub(crate) fn without_color(&self) -> Self {
+        Self {
+            color: Vec3::ZERO,
+            ..*self
+        }
+    }
 }
 
 /// A light that takes part.
@@ -141,7 +160,7 @@ pub struct GpuLight {
 pub struct SceneLight {
     /// Main-world entity.
     pub entity: Entity,
-    /// As shaders see it; `shadow` is filled in by [`shadows`](super::shadows).
+    /// As shaders see it, but for `shadow`, which [`shadows`](super::shadows) knows.
     pub gpu: GpuLight,
     /// Whether it wants shadow maps.
     pub shadows: bool,
@@ -153,7 +172,7 @@ pub struct SceneLight {
 
 impl SceneLight {
     /// Luminous flux of the strongest colour, lumens; of a directional light its illuminance, lux.
-    fn power(&self) -> f32 {
+    pub(crate) fn power(&self) -> f32 {
         let gpu = &self.gpu;
         let unit = match gpu.kind {
             kind if kind == LightKind::Point as u32 => 4.0 * PI,
@@ -164,20 +183,6 @@ impl SceneLight {
             _ => 1.0,
         };
         unit * gpu.color.max_element()
-    }
-
-    /// Maps that show all that it lights: the faces of a cube, or one.
-    pub(crate) fn maps(&self) -> usize {
-        let cube = [LightKind::Point, LightKind::Rect];
-        match cube.into_iter().any(|kind| kind as u32 == self.gpu.kind) {
-            true => 6,
-            false => 1,
-        }
-    }
-
-    /// Shadow maps of this light.
-    pub fn shadow_maps(&self) -> usize {
-        if self.shadows { self.maps() } else { 0 }
     }
 }
 
@@ -262,6 +267,7 @@ impl ToGpuLight for PointLight {
             // Bevy: lumens over the sphere's solid angle.
             color: rgb(self.color, self.intensity / (4.0 * PI)),
             range: self.range,
+            near: self.shadow_map_near_z,
             direction: forward(transform),
             ..Default::default()
         }
@@ -276,6 +282,7 @@ impl ToGpuLight for SpotLight {
             // Bevy divides a spot's lumens by the whole sphere too.
             color: rgb(self.color, self.intensity / (4.0 * PI)),
             range: self.range,
+            near: self.shadow_map_near_z,
             direction: forward(transform),
             cos_inner: self.inner_angle.cos(),
             cos_outer: self.outer_angle.cos(),
@@ -332,27 +339,40 @@ fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut V
     }
 }
 
+/// Every light of the main world.
+#[derive(SystemParam)]
+pub(crate) struct LightQueries<'w, 's> {
+    directional: LightQuery<'w, 's, DirectionalLight>,
+    point: LightQuery<'w, 's, PointLight>,
+    spot: LightQuery<'w, 's, SpotLight>,
+    rect: LightQuery<'w, 's, RectLight>,
+}
+
+impl LightQueries<'_, '_> {
+    /// Those that take part.
+    pub fn collect(&self, settings: &GiSettings) -> Vec<SceneLight> {
+        let mut lights = Vec::new();
+        collect(&self.directional, settings.auto_lights, &mut lights);
+        collect(&self.point, settings.auto_lights, &mut lights);
+        collect(&self.spot, settings.auto_lights, &mut lights);
+        collect(&self.rect, settings.auto_lights, &mut lights);
+        lights
+    }
+}
+
 pub(crate) fn extract_lights(
     settings: Extract<Res<GiSettings>>,
-    directional: Extract<LightQuery<DirectionalLight>>,
-    point: Extract<LightQuery<PointLight>>,
-    spot: Extract<LightQuery<SpotLight>>,
-    rect: Extract<LightQuery<RectLight>>,
+    lights: Extract<LightQueries>,
     mut scene: ResMut<SceneLights>,
 ) {
-    let mut lights = Vec::new();
-    collect(&directional, settings.auto_lights, &mut lights);
-    collect(&point, settings.auto_lights, &mut lights);
-    collect(&spot, settings.auto_lights, &mut lights);
-    collect(&rect, settings.auto_lights, &mut lights);
-    // The strongest get the maps; the entity makes the order, and so the sums, repeatable.
+    let mut lights = lights.collect(&settings);
+    // The entity makes the order, and so the sums, repeatable.
     lights.sort_by(|a, b| {
         let sun = |l: &SceneLight| l.gpu.kind == LightKind::Directional as u32;
         (sun(b).cmp(&sun(a)))
             .then(b.power().total_cmp(&a.power()))
             .then(a.entity.cmp(&b.entity))
     });
-    super::shadows::assign(&mut lights, settings.max_shadow_maps as usize);
     if lights != scene.lights {
         scene.lights = lights;
         scene.version += 1;
@@ -360,15 +380,11 @@ pub(crate) fn extract_lights(
 }
 
 /// Says that lights go without maps, and what follows.
-pub(crate) fn warn_of_lights(
-    statistics: &GiStatistics,
-    without: usize,
-    consequence: &str,
-    max: u32,
-) {
+pub(crate) fn warn_of_lights(statistics: &GiStatistics, without: usize, kind: &str) {
     if without > 0 {
         let warning = format!(
-            "{without} lights {consequence}: there are no more than GiSettings.max_shadow_maps = {max} maps"
+            "{without} lights do not bounce: even the smallest {kind} of all lights do not fit into the memory of \
+             GiSettings.max_shadow_maps"
         );
         if !statistics.warnings().contains(&warning) {
             warn!("{warning}");
@@ -377,16 +393,25 @@ pub(crate) fn warn_of_lights(
     }
 }
 
-fn write_lights(
+/// Brings the buffer up to date, now that it is known which maps each light has.
+pub(crate) fn write_lights(
     mut scene: ResMut<SceneLights>,
+    shadows: Res<SceneShadows>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
-    mut written: Local<Option<u64>>,
+    mut written: Local<Option<Vec<GpuLight>>>,
 ) {
-    if written.replace(scene.version) == Some(scene.version) {
+    let lights = scene.lights.iter().enumerate();
+    let mut array: Vec<_> = lights
+        .map(|(number, light)| GpuLight {
+            shadow: shadows.first_map(number),
+            ..light.gpu
+        })
+        .collect();
+    if written.as_ref() == Some(&array) {
         return;
     }
-    let mut array: Vec<_> = scene.lights.iter().map(|l| l.gpu).collect();
+    *written = Some(array.clone());
     let count = array.len() as u32;
     array.push(GpuLight::default());
     scene.buffer.set(GpuLights { count, array });

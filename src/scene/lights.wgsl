@@ -1,7 +1,7 @@
 // Direct light at a point: every kind of light, with its shadow.
 #define_import_path bevy_gi::scene::lights
 
-#import bevy_gi::scene::bindings::{lights, shadow_maps, shadow_sampler, shadow_views}
+#import bevy_gi::scene::bindings::{lights, shadow_maps, shadow_sampler, shadow_views, volume}
 #import bevy_gi::scene::types::Light
 
 const PI: f32 = 3.14159265359;
@@ -30,18 +30,38 @@ fn visibility(light: Light, p: vec3<f32>) -> f32 {
     if light.shadow < 0 {
         return 1.0;
     }
-    var map = light.shadow;
+    var map = u32(light.shadow);
     if light.kind == #{LIGHT_POINT}u || light.kind == #{LIGHT_RECT}u {
-        map += cube_face(p - light.position);
+        map += u32(cube_face(p - light.position));
+    } else if light.kind == #{LIGHT_DIRECTIONAL}u {
+        map += volume.light_map;
     }
-    let clip = shadow_views[map] * vec4(p, 1.0);
+    let view = shadow_views[map];
+    if view.drawn == 0u {
+        // What stands in the way is not known yet.
+        return 0.0;
+    }
+    let clip = view.clip_from_world * vec4(p, 1.0);
     let ndc = clip.xyz / clip.w;
     let uv = ndc.xy * vec2(0.5, -0.5) + 0.5;
     if clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv > vec2(1.0)) || ndc.z <= 0.0 {
         // Beyond the map nothing is known to stand in the way.
         return 1.0;
     }
-    return textureSampleCompareLevel(shadow_maps, shadow_sampler, uv, map, ndc.z);
+    // Not into the tiles beside it.
+    let at = view.origin + view.size * clamp(uv, vec2(view.inset), vec2(1.0 - view.inset));
+    return textureSampleCompareLevel(shadow_maps, shadow_sampler, at, view.page, ndc.z);
+}
+
+// Whether `p` is so near to a lamp that its maps do not see it: then Bevy lets the light through to what is behind, and
+// what lies there must not bounce it as well.
+fn before_near_plane(light: Light, p: vec3<f32>, margin: f32) -> bool {
+    let d = p - light.position;
+    if light.kind == #{LIGHT_POINT}u {
+        let a = abs(d);
+        return max(a.x, max(a.y, a.z)) < light.near + margin;
+    }
+    return light.kind == #{LIGHT_SPOT}u && dot(d, light.direction) < light.near + margin;
 }
 
 // Irradiance at `p` on a surface facing `n`, lux, shadows left out.
@@ -90,7 +110,8 @@ fn direct_irradiance(p: vec3<f32>, n: vec3<f32>, lift: f32, spread: f32) -> vec3
     for (var i = 0u; i < lights.count; i++) {
         let light = lights.array[i];
         let e = irradiance_unshadowed(light, p, n);
-        if all(e <= vec3(0.0)) {
+        // The surface lies anywhere in its voxel.
+        if all(e <= vec3(0.0)) || before_near_plane(light, p, 0.5 * lift) {
             continue;
         }
         var seen = 0.0;

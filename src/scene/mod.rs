@@ -16,8 +16,10 @@ pub mod volume;
 pub mod voxels;
 
 pub(crate) mod capture;
+pub(crate) mod light_maps;
 pub(crate) mod light_views;
 pub(crate) mod needs;
+pub(crate) mod reach;
 pub(crate) mod sky;
 
 use bevy::{
@@ -34,6 +36,7 @@ impl Plugin for ScenePlugin {
             needs::NeedsPlugin,
             volume::VolumePlugin,
             cascades::CascadesPlugin,
+            reach::ReachPlugin,
             visibility::VisibilityPlugin,
             lights::LightsPlugin,
             sky::SkyPlugin,

@@ -8,6 +8,17 @@ struct Volume {
     dims: vec3<u32>,
     levels: u32,
     fade: f32,
+    light_map: u32,
+}
+
+// scene/shadows/mod.rs
+struct ShadowView {
+    clip_from_world: mat4x4<f32>,
+    origin: vec2<f32>,
+    size: f32,
+    inset: f32,
+    page: u32,
+    drawn: u32,
 }
 
 // scene/lights.rs
@@ -22,6 +33,7 @@ struct Light {
     cos_outer: f32,
     half_height: vec3<f32>,
     shadow: i32,
+    near: f32,
 }
 
 struct Lights {

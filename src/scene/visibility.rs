@@ -31,7 +31,7 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::volume::{GiVolume, VolumeGrid};
+use super::reach::SceneReach;
 
 /// A mesh that casts and bounces nothing: it receives indirect light only.
 ///
@@ -117,7 +117,7 @@ type CasterData = (
 );
 
 pub(crate) fn collect_casters(
-    volumes: Query<&VolumeGrid, With<GiVolume>>,
+    reach: Res<SceneReach>,
     mut meshes: Query<CasterData, Without<NotGiCaster>>,
     joints: Query<Ref<GlobalTransform>>,
     weights: Query<Ref<MorphWeights>>,
@@ -125,14 +125,6 @@ pub(crate) fn collect_casters(
     mut scene: ResMut<SceneCasters>,
     mut last: Local<Vec<Caster>>,
 ) {
-    let grids: Vec<_> = volumes.iter().filter_map(|grid| grid.0).collect();
-    // Lights stand outside of a volume too, and what stands between throws its shadow inside: so
-    // everything casts that is not further away than the volume is wide.
-    let bounds: Vec<_> = grids
-        .iter()
-        .map(|g| Aabb3d::new(g.center(), g.size() * 0.5 + g.size().max_element()))
-        .collect();
-
     // Assets may arrive or change without any component changing.
     let all_changed = !mesh_events.is_empty() | std::mem::take(&mut scene.materials_changed);
     mesh_events.clear();
@@ -142,13 +134,13 @@ pub(crate) fn collect_casters(
     scene.casters.clear();
     for (entity, inherited, mut view, transform, aabb, mesh, no_shadow, morph, skin) in &mut meshes
     {
-        if !inherited.get() || bounds.is_empty() {
+        if !inherited.get() {
             continue;
         }
         let Some(world) = world_bounds(&transform, &aabb) else {
             continue;
         };
-        if !bounds.iter().any(|b| overlaps(b, &world)) {
+        if !reach.touches(&world) {
             continue;
         }
         view.set_visible();

@@ -193,6 +193,13 @@ pub struct GpuVolume {
     pub levels: u32,
     /// Fraction of the extent over which the volume fades out.
     pub fade: f32,
+    /// Which of the maps of a directional light is this volume's.
+    pub light_map: u32,
+}
+
+/// The order of volumes: where several overlap, the one with the finest voxels comes first.
+pub(crate) fn finest_first(a: (&Grid, Entity), b: (&Grid, Entity)) -> std::cmp::Ordering {
+    a.0.voxel.total_cmp(&b.0.voxel).then(a.1.cmp(&b.1))
 }
 
 /// The volume's grid this frame, in the main world. `None` while it is invalid.
@@ -205,6 +212,8 @@ pub struct ExtractedVolume {
     pub(crate) main: MainEntity,
     pub(crate) grid: Grid,
     pub(crate) fade: f32,
+    /// Its place among all volumes, see [`finest_first`].
+    pub(crate) rank: u32,
 }
 
 impl ExtractedVolume {
@@ -215,6 +224,7 @@ impl ExtractedVolume {
             dims: self.grid.dims,
             levels: self.grid.levels,
             fade: self.fade,
+            light_map: self.rank,
         }
     }
 }
@@ -276,16 +286,25 @@ fn extract_volumes(
     mut commands: Commands,
     volumes: Extract<Query<(Entity, RenderEntity, &GiVolume, &VolumeGrid)>>,
 ) {
+    let mut sorted = Vec::new();
     for (main, render, volume, grid) in &volumes {
-        let mut entity = commands.entity(render);
         match grid.0 {
-            Some(grid) => entity.insert(ExtractedVolume {
-                main: main.into(),
-                grid,
-                fade: volume.fade,
-            }),
-            None => entity.remove::<<GiVolume as SyncComponent>::Target>(),
-        };
+            Some(grid) => sorted.push((main, render, volume.fade, grid)),
+            None => {
+                _ = commands
+                    .entity(render)
+                    .remove::<<GiVolume as SyncComponent>::Target>()
+            }
+        }
+    }
+    sorted.sort_by(|(a, .., a_grid), (b, .., b_grid)| finest_first((a_grid, *a), (b_grid, *b)));
+    for (rank, (main, render, fade, grid)) in sorted.into_iter().enumerate() {
+        commands.entity(render).insert(ExtractedVolume {
+            main: main.into(),
+            grid,
+            fade,
+            rank: rank as u32,
+        });
     }
 }
 

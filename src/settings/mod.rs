@@ -193,22 +193,23 @@ pub struct GiSettings {
     pub forward_light: bool,
     /// Every light without a [`GiLight`](crate::GiLight) takes part. Default `true`.
     pub auto_lights: bool,
-    /// Texels along the side of each shadow map that the bounced light uses. A point or rect light
-    /// takes six of them, any other one. Range 64..=2048, default 512. 4 bytes a texel.
+    /// Texels along the side of each shadow map that the bounced light uses, while there is room for all at that
+    /// size. A point or rect light takes six of them, a spot one, a directional light one for each volume. Range
+    /// 64..=2048, default 512. 4 bytes a texel.
     pub shadow_map_size: u32,
-    /// Most shadow maps at once, and most reflective ones. Directional lights come first, then those of the
-    /// most lumens, as far as theirs fit in; others bounce without shadow, or without reflective ones do not
-    /// bounce. Range 1..=254, default 48.
+    /// Memory for shadow maps, counted in maps of [`shadow_map_size`](Self::shadow_map_size), and for reflective ones,
+    /// counted in maps of [`rsm_size`](Self::rsm_size). Where the lights of a scene need more, their maps are smaller, down to
+    /// 16 texels: texels go to the lights that send the most light to where a GI camera is. A light for which not even that is
+    /// left does not bounce, and a warning says so. Range 1..=254, default 48.
     pub max_shadow_maps: u32,
     /// Texels along the side of each reflective shadow map, rounded up to a power of two: what techniques
-    /// see of what a light lights. A point or rect light takes six of them, any other one. Range
-    /// 64..=2048, default 256. 20 bytes a texel.
+    /// see of what a light lights. As many maps as of shadow maps. Range 64..=2048, default 256. 20 bytes a texel.
     pub rsm_size: u32,
-    /// Most reflective shadow maps drawn anew in a frame, while lights or meshes move; others wait
-    /// their turn. Those of new lights are drawn at once. Range 1..=256, default 12. Cost: proportional.
+    /// Maximum number of reflective shadow maps that are drawn again in a frame, while lights or meshes move; others wait
+    /// their turn. New ones come first, up to 48 a frame. Range 1..=256, default 12. Cost: proportional.
     pub rsm_updates: u32,
-    /// Virtual point lights that stand for all light in the reflective shadow maps, rounded up to a power of
-    /// two. Range 64..=16384, default 1024. 32 bytes each.
+    /// Virtual point lights that stand for all light in the reflective shadow maps, for each volume; rounded up to a power
+    /// of two; at least 16 for each light. Range 64..=16384, default 1024. 32 bytes each.
     pub vpls: u32,
     /// How virtual point lights, and what else is sampled of reflective shadow maps, are shared among lights.
     /// Default [`LightShare::Power`]. No cost.
@@ -299,8 +300,8 @@ impl Clamped for GiSettings {
             .unit("px");
         c.int("shadow_map_size", &mut self.shadow_map_size, 64, 2048)
             .unit("px");
-        // Virtual point lights have eight bits for the number of their map.
-        c.int("max_shadow_maps", &mut self.max_shadow_maps, 1, 254);
+        c.int("max_shadow_maps", &mut self.max_shadow_maps, 1, 254)
+            .unit("maps");
         c.int("rsm_size", &mut self.rsm_size, 64, 2048).unit("px");
         c.int("rsm_updates", &mut self.rsm_updates, 1, 256)
             .unit("maps");

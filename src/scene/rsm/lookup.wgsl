@@ -10,7 +10,7 @@
 
 // Luminous flux that the surfaces in a map reflect, lumens.
 fn map_flux(index: u32) -> f32 {
-    return luminous_flux(maps.array[index], index, flux);
+    return luminous_flux(maps.array[index], flux);
 }
 
 // The texel of a map; its light counts once, so a sample of it must be weighted.
@@ -20,5 +20,5 @@ fn load_rsm(index: u32, texel: vec2<u32>) -> RsmTexel {
         var none: RsmTexel;
         return none;
     }
-    return unpack_rsm(map, texel, textureLoad(texels, vec2<i32>(texel), i32(index), 0));
+    return unpack_rsm(map, texel, textureLoad(texels, map.origin + texel, map.page, 0));
 }

@@ -6,12 +6,13 @@
 //!
 //! # Maps
 //!
-//! One layer of a texture array a map: a directional light has one, orthographic, around all volumes; a
-//! spot one perspective; a point or rect light the six faces of a cube. The maps of a new light are drawn at
-//! once; after that, a map is drawn again only when its light moved or something in its view changed, the
-//! longest waiting first, at most [`GiSettings::rsm_updates`](crate::GiSettings::rsm_updates) a frame. A
-//! light that merely changes its colour or strength costs nothing: texels hold the light that they pass on
-//! per unit of the light's. When lights come or go, the maps of the others are copied.
+//! A tile of a texture array's page a map: a directional light has one for each volume, orthographic; a
+//! spot one perspective; a point or rect light the six faces of a cube. Which maps there are, how large they are and
+//! when they are drawn is in [`light_maps`](super::light_maps). A light that merely changes its colour or strength costs
+//! nothing: texels hold the light that they pass on per unit of the light's.
+//!
+//! Where maps of a directional light overlap, since volumes do, light is counted in that of the finest volume. Surfaces far
+//! outside of the volume cast, but do not bounce.
 //!
 //! # Texel
 //!
@@ -34,7 +35,8 @@
 //! The luminous flux of all texels is summed up into a mip chain, down to one texel a map. From its top,
 //! each virtual point light finds a texel with a probability in proportion to its flux (hierarchical
 //! sample warping, Clarberg et al. 2005): all of them carry the same luminous flux, dark and unlit
-//! texels get none. With [`LightShare::Even`](crate::LightShare::Even), each light gets the same number first.
+//! texels get none. Each volume has virtual point lights of its own: light that is caught `d` metres away is chosen with
+//! a weight of `1 / (1 + (d / r)^2)`, where `r` is half of the volume's longest side, and carries so much more. With [`LightShare::Even`](crate::LightShare::Even), each light gets the same number first.
 
 mod capture;
 mod node;

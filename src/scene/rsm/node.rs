@@ -19,7 +19,7 @@ use super::{
     types::{GpuRsmMaps, GpuRsmResolve, GpuVpls},
 };
 use crate::{
-    gpu::compute::{ComputePass, Recorder, groups},
+    gpu::compute::{ComputePass, Groups, Recorder, groups},
     scene::{
         capture::{CapturePhases, CaptureViews},
         lights,
@@ -37,12 +37,13 @@ pub(crate) struct RsmPipelines {
     pub vpls_layout: BindGroupLayoutDescriptor,
     resolve: ComputePass,
     sum: ComputePass,
+    weigh: ComputePass,
     vpls: ComputePass,
 }
 
 impl RsmPipelines {
     pub fn ready(&self, cache: &PipelineCache) -> bool {
-        [self.resolve, self.sum, self.vpls]
+        [self.resolve, self.sum, self.weigh, self.vpls]
             .iter()
             .all(|pass| pass.ready(cache))
     }
@@ -124,6 +125,8 @@ pub(crate) fn init_rsm(
                 texels(),
                 flux(),
                 storage_buffer_sized(false, None),
+                storage_buffer_sized(false, None),
+                storage_buffer_read_only_sized(false, None),
             ),
         ),
     );
@@ -143,6 +146,12 @@ pub(crate) fn init_rsm(
             &sum_layout,
             load_embedded_asset!(server, "sum.wgsl"),
             "sum",
+        ),
+        weigh: pass(
+            "gi/scene/rsm_weigh",
+            &vpls_layout,
+            load_embedded_asset!(server, "vpls.wgsl"),
+            "weigh",
         ),
         vpls: pass(
             "gi/scene/rsm_vpls",
@@ -180,8 +189,9 @@ pub(super) fn draw_rsm(
     }
     // One after the other: they share a G-buffer.
     for (i, group) in &job.draw {
-        let map = &rsm.maps[*i];
-        let view = views.get(map.light, map.face);
+        let map = &rsm.maps.maps[*i];
+        let texels = map.tile.map_or(0, |tile| tile.size);
+        let view = views.get(map.light, map.view.face);
         let phase = view
             .and_then(|view| extracted.get(view).ok())
             .and_then(|view| phases.get(&view.retained_view_entity));
@@ -216,8 +226,9 @@ pub(super) fn draw_rsm(
             }),
             ..Default::default()
         });
-        let size = map.gpu.size as f32;
+        let size = texels as f32;
         pass.set_viewport(0.0, 0.0, size, size, 0.0, 1.0);
+        pass.set_scissor_rect(0, 0, texels, texels);
         if let (Some(phase), Some(view)) = (phase, view)
             && let Err(error) = phase.render(&mut pass, world, view)
         {
@@ -232,7 +243,7 @@ pub(super) fn draw_rsm(
         }
         .run(
             &pipelines.resolve,
-            groups(UVec3::new(map.gpu.size, map.gpu.size, 1), block),
+            groups(UVec3::new(texels, texels, 1), block),
             &[group],
         );
     }
@@ -246,9 +257,15 @@ pub(super) fn draw_rsm(
     if !job.sum.is_empty() {
         record.run_all(&pipelines.sum, None, levels);
     }
+    let [count, volumes] = job.vpl_count.to_array();
+    record.run(
+        &pipelines.weigh,
+        Groups::Direct(UVec3::new(volumes, 1, 1)),
+        &[&job.vpls],
+    );
     record.run(
         &pipelines.vpls,
-        groups(UVec3::new(job.vpl_count, 1, 1), UVec3::new(64, 1, 1)),
+        groups(UVec3::new(count, volumes, 1), UVec3::new(64, 1, 1)),
         &[&job.vpls],
     );
 }

@@ -1,14 +1,12 @@
 //! Memory of the maps, and which of them are drawn this frame.
 
-use std::collections::HashMap;
-
 use bevy::{
     core_pipeline::{
         core_3d::CORE_3D_DEPTH_FORMAT,
         deferred::{DEFERRED_LIGHTING_PASS_ID_FORMAT, DEFERRED_PREPASS_FORMAT},
     },
-    ecs::prelude::*,
-    math::UVec3,
+    ecs::{entity::EntityHashMap, prelude::*},
+    math::{UVec2, UVec3},
     render::{
         render_resource::*,
         renderer::{RenderDevice, RenderQueue},
@@ -16,47 +14,77 @@ use bevy::{
 };
 
 use super::{
-    capture::{RsmCapture, RsmMap},
+    capture::RsmCapture,
     node::{RsmLayout, RsmPipelines},
     types::{GpuRsmMap, GpuRsmMaps, GpuRsmResolve, GpuVpl, GpuVpls},
 };
 use crate::{
     gpu::statistics::{GiStatistics, Tracked},
-    scene::capture::{CaptureQueue, CaptureViews},
+    scene::{
+        capture::{CaptureQueue, CaptureViews},
+        light_maps::LightMaps,
+        light_views::LitScene,
+        lights::SceneLight,
+    },
     settings::{GiSettings, LightShare},
 };
+
+/// Virtual point lights that a lamp has at least, on the mean, whatever others there are: about as many as walls, floor and
+/// ceiling of a room need to be lit from everywhere.
+const VPLS_A_LIGHT: u32 = 16;
+
+/// Virtual point lights of a volume at most.
+const MAX_VPLS: u32 = 16384;
 
 /// All reflective shadow maps, in the render world. See the [module](super) for their layout.
 #[derive(Resource, Default)]
 pub struct SceneRsm {
-    pub(super) maps: Vec<RsmMap>,
-    /// Most maps that are drawn in a frame.
-    updates: usize,
+    pub(super) maps: LightMaps,
+    /// Of each volume, finest first: its main-world entity, and how much each map matters there.
+    relevance: Vec<(Entity, Vec<f32>)>,
+    /// Volumes by their place in the buffer of virtual point lights.
+    volumes: EntityHashMap<u32>,
+    /// Maps as shaders see them.
     pub(super) gpu: StorageBuffer<GpuRsmMaps>,
+    /// [`relevance`](Self::relevance), as shaders see it: by volume, by map.
+    pub(super) weights: StorageBuffer<Vec<f32>>,
     pub(super) textures: Option<RsmTextures>,
-    /// Those of before, from which layers are copied this frame.
+    /// Those of before, from which pages are copied this frame.
     copy: Option<RsmTextures>,
+    /// [`LightMaps::layout`] of the textures.
+    layout: u64,
     /// Reads all of it: group 3 of whoever looks it up.
     pub(crate) bind_group: Option<BindGroup>,
     /// Grows whenever texels or virtual point lights have changed.
     pub version: u64,
-    /// The maps as they are on the GPU,
-    written: Vec<GpuRsmMap>,
-    /// and how lights share the virtual point lights.
+    /// How lights share the virtual point lights.
     share: LightShare,
     /// Whether that has changed this frame.
     stale: bool,
     pub(super) job: Option<RsmJob>,
 }
 
+/// How large all of it is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct RsmShape {
+    /// Texels along the side of a page.
+    size: u32,
+    pages: u32,
+    volumes: u32,
+    /// Maps that the sums have room for.
+    maps: u32,
+    /// Virtual point lights of each volume.
+    vpls: u32,
+}
+
 /// Textures and buffers, as many as there are maps.
 pub(super) struct RsmTextures {
-    pub size: u32,
-    layers: u32,
-    vpl_count: u32,
+    shape: RsmShape,
     texels: Tracked<Texture>,
     flux: Tracked<Texture>,
     vpls: Tracked<Buffer>,
+    /// Of each volume, the sum of what its maps are worth up to each.
+    sums: Tracked<Buffer>,
     /// A light's G-buffer, before it becomes texels.
     pub gbuffer: Tracked<TextureView>,
     pub pass_id: Tracked<TextureView>,
@@ -72,35 +100,35 @@ pub(super) struct RsmJob {
     /// For each level of the flux: its threads, and its bind group.
     pub sum: Vec<(UVec3, BindGroup)>,
     pub vpls: BindGroup,
-    pub vpl_count: u32,
+    /// Virtual point lights of each volume, and volumes.
+    pub vpl_count: UVec2,
 }
 
-/// A layer of a texture that stays, in another one.
+/// A texture that stays, in another one of more or fewer pages.
 pub(super) struct RsmCopy {
     pub source: Tracked<Texture>,
     pub target: Tracked<Texture>,
-    /// From which layer to which.
-    pub layers: (u32, u32),
 }
 
 impl RsmCopy {
-    /// All levels of the layer.
+    /// All levels.
     pub fn record(&self, encoder: &mut CommandEncoder) {
+        let [from, to] = [&self.source, &self.target].map(|t| t.depth_or_array_layers());
         for mip_level in 0..self.source.mip_level_count() {
             let side = self.source.width() >> mip_level;
-            let layer = |texture, z| TexelCopyTextureInfo {
+            let level = |texture| TexelCopyTextureInfo {
                 texture,
                 mip_level,
-                origin: Origin3d { x: 0, y: 0, z },
+                origin: Origin3d::ZERO,
                 aspect: TextureAspect::All,
             };
             encoder.copy_texture_to_texture(
-                layer(&**self.source, self.layers.0),
-                layer(&**self.target, self.layers.1),
+                level(&**self.source),
+                level(&**self.target),
                 Extent3d {
                     width: side,
                     height: side,
-                    depth_or_array_layers: 1,
+                    depth_or_array_layers: from.min(to),
                 },
             );
         }
@@ -110,14 +138,22 @@ impl RsmCopy {
 impl SceneRsm {
     /// Number of maps.
     pub fn count(&self) -> u32 {
-        self.maps.len() as u32
+        self.maps.maps.len() as u32
     }
 
-    /// Virtual point lights; 0 while there are no maps.
+    /// Virtual point lights of all volumes; 0 while there are no maps.
     pub fn vpl_count(&self) -> u32 {
-        match self.maps.is_empty() {
-            true => 0,
-            false => self.textures.as_ref().map_or(0, |t| t.vpl_count),
+        let textures = self.textures.as_ref().filter(|_| self.count() > 0);
+        textures.map_or(0, |textures| textures.shape.vpls * textures.shape.volumes)
+    }
+
+    /// The virtual point lights that a volume looks at: the first, and their number, a power of two. `volume` is its
+    /// main-world entity.
+    pub fn vpls_of(&self, volume: Entity) -> (u32, u32) {
+        let place = self.volumes.get(&volume);
+        match (place, self.textures.as_ref().filter(|_| self.count() > 0)) {
+            (Some(place), Some(RsmTextures { shape, .. })) => (place * shape.vpls, shape.vpls),
+            _ => (0, 0),
         }
     }
 
@@ -126,61 +162,46 @@ impl SceneRsm {
         self.textures.as_ref().map(|textures| &*textures.vpls)
     }
 
-    /// The maps of a new frame, each light's together. Those that were there before keep what they show,
-    /// and their layer as long as all lights before theirs stay.
-    pub(super) fn replace(&mut self, mut maps: Vec<RsmMap>, updates: u32) {
-        self.updates = updates as usize;
-        let mut places = HashMap::new();
-        for (i, old) in self.maps.iter().enumerate() {
-            places.entry(old.light).or_insert(i);
-        }
-        maps.sort_by_key(|new| places.get(&new.light).copied().unwrap_or(usize::MAX));
-        for new in &mut maps {
-            let first = places.get(&new.light).copied().unwrap_or(self.maps.len());
-            let old = self.maps[first..].iter();
-            let mut old = old.take_while(|old| old.light == new.light).enumerate();
-            if let Some((i, old)) = old.find(|(_, old)| old.face == new.face) {
-                new.layer = Some((first + i) as u32);
-                new.drawn = old.drawn;
-                new.in_doubt = old.in_doubt;
-                new.incomplete = old.incomplete;
-                new.age = old.age.saturating_add(1);
+    /// How much each map matters to each volume.
+    pub(super) fn look_from_volumes(&mut self, scene: &LitScene, lights: &[SceneLight]) {
+        self.relevance = scene.volumes().map(|volume| (volume, Vec::new())).collect();
+        for map in &self.maps.maps {
+            let matters = scene.relevance(&lights[map.number as usize], map.view.face);
+            for ((_, weights), matters) in self.relevance.iter_mut().zip(matters) {
+                weights.push(matters);
             }
         }
-        self.maps = maps;
+        let places = self.relevance.iter().zip(0..);
+        self.volumes = places
+            .map(|((volume, _), place)| (*volume, place))
+            .collect();
     }
 
-    /// Makes room for all maps, if there is another number of them or they have moved.
-    fn allocate(&mut self, vpl_count: u32, device: &RenderDevice, statistics: &GiStatistics) {
-        let layers = self.maps.len() as u32;
-        let size = self.maps.iter().map(|map| map.gpu.size).max().unwrap_or(64);
-        let shape = (size, layers, vpl_count);
-        let stay = (0..)
-            .zip(&self.maps)
-            .all(|(i, map)| map.layer.is_none_or(|layer| layer == i));
-        let fits = |t: &RsmTextures| (t.size, t.layers, t.vpl_count) == shape;
-        if stay && self.textures.as_ref().is_some_and(fits) {
+    /// Makes room for all tiles and virtual point lights, if there is another number of them.
+    fn allocate(&mut self, vpls: u32, device: &RenderDevice, statistics: &GiStatistics) {
+        self.copy = None;
+        let shape = RsmShape {
+            size: self.maps.atlas.side(),
+            pages: self.maps.atlas.pages().max(1),
+            volumes: self.relevance.len() as u32,
+            maps: (self.count() + 1).next_power_of_two(),
+            vpls,
+        };
+        let stays = self.layout == self.maps.layout;
+        self.layout = self.maps.layout;
+        if self.textures.as_ref().is_some_and(|t| t.shape == shape) {
             return;
         }
-        let new = RsmTextures::new(size, layers, vpl_count, device, statistics);
-        self.copy = self.textures.replace(new).filter(|old| old.size == size);
-        if self.copy.is_none() {
-            for map in &mut self.maps {
-                map.drawn = None;
-            }
-        }
-        self.written.clear();
+        let new = RsmTextures::new(shape, device, statistics);
+        let before = self.textures.replace(new);
+        self.copy = before.filter(|old| stays && old.shape.size == shape.size);
+        self.bind_group = None;
     }
 }
 
 impl RsmTextures {
-    fn new(
-        size: u32,
-        layers: u32,
-        vpl_count: u32,
-        device: &RenderDevice,
-        statistics: &GiStatistics,
-    ) -> Self {
+    fn new(shape: RsmShape, device: &RenderDevice, statistics: &GiStatistics) -> Self {
+        let RsmShape { size, pages, .. } = shape;
         let texture = |name: &'static str, format, layers, mip_level_count, usage| {
             let texture = device.create_texture(&TextureDescriptor {
                 label: Some(&format!("gi/{name}")),
@@ -206,29 +227,34 @@ impl RsmTextures {
                 .map(|texture| texture.create_view(&TextureViewDescriptor::default()))
         };
         let levels = size.ilog2() + 1;
+        let floats = |name, count: u32, usage| {
+            statistics.storage_buffer(device, name, u64::from(count), usage)
+        };
         Self {
-            size,
-            layers,
-            vpl_count,
+            shape,
             texels: texture(
                 "scene/rsm/texels",
                 TextureFormat::Rgba32Uint,
-                layers,
+                pages,
                 1,
                 written,
             ),
             flux: texture(
                 "scene/rsm/flux",
                 TextureFormat::R32Float,
-                layers,
+                pages,
                 levels,
                 written,
             ),
-            vpls: statistics.storage_buffer(
-                device,
+            vpls: floats(
                 "scene/rsm/vpls",
-                u64::from(vpl_count) * GpuVpl::min_size().get() / 4,
+                shape.volumes * shape.vpls * GpuVpl::min_size().get() as u32 / 4,
                 BufferUsages::COPY_SRC,
+            ),
+            sums: floats(
+                "scene/rsm/sums",
+                shape.volumes * shape.maps,
+                BufferUsages::empty(),
             ),
             gbuffer: target("scene/rsm/gbuffer", DEFERRED_PREPASS_FORMAT),
             pass_id: target("scene/rsm/pass_id", DEFERRED_LIGHTING_PASS_ID_FORMAT),
@@ -246,18 +272,18 @@ fn array_view(texture: &Texture, level: u32, levels: Option<u32>) -> TextureView
     })
 }
 
-fn layer_view(texture: &Texture, layer: u32) -> TextureView {
+fn page_view(texture: &Texture, page: u32) -> TextureView {
     texture.create_view(&TextureViewDescriptor {
         dimension: Some(TextureViewDimension::D2),
         base_mip_level: 0,
         mip_level_count: Some(1),
-        base_array_layer: layer,
+        base_array_layer: page,
         array_layer_count: Some(1),
         ..Default::default()
     })
 }
 
-/// Chooses the maps that are drawn this frame, and makes room for them.
+/// Makes room for the maps, and has those drawn whose turn it is.
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(super) fn prepare_maps(
     mut rsm: ResMut<SceneRsm>,
@@ -273,65 +299,45 @@ pub(super) fn prepare_maps(
     let rsm = &mut *rsm;
     rsm.stale = false;
     rsm.copy = None;
-    statistics.count("scene/rsm_maps", rsm.maps.len() as u64);
+    statistics.count("scene/rsm_maps", rsm.maps.maps.len() as u64);
     statistics.count("scene/vpls", u64::from(rsm.vpl_count()));
-    if rsm.maps.is_empty() {
+    if rsm.maps.maps.is_empty() {
         // Nobody looks, or nothing shines: the memory is given back.
         rsm.version += u64::from(rsm.textures.is_some());
         statistics.count("scene/rsm_drawn", 0);
         rsm.textures = None;
         rsm.bind_group = None;
-        rsm.written.clear();
         return;
     }
-    let vpl_count = settings.vpls.next_power_of_two();
-    rsm.allocate(vpl_count, &device, &statistics);
+    let mut lights: Vec<_> = rsm.maps.maps.iter().map(|map| map.number).collect();
+    lights.dedup();
+    let vpls = settings.vpls.max(VPLS_A_LIGHT * lights.len() as u32);
+    let vpls = vpls.next_power_of_two().min(MAX_VPLS);
+    rsm.allocate(vpls, &device, &statistics);
 
-    let ready = pipelines.is_some_and(|p| p.ready(&cache)) && views.ready(&cache);
-    for map in &mut rsm.maps {
-        map.in_doubt |= views.changed(map.light, map.face);
-    }
-    let mut stale: Vec<usize> = (0..rsm.maps.len())
-        .filter(|i| {
-            let map = &rsm.maps[*i];
-            match map.drawn {
-                None => true,
-                Some(_) if map.incomplete => true,
-                Some(_) if settings.freeze_capture || map.age < map.interval => false,
-                Some(drawn) => drawn != map.wanted() || map.in_doubt,
-            }
-        })
-        .collect();
-    // The longest waiting first. What has never been drawn is drawn at once: nothing stands in for it.
-    stale.sort_by_key(|i| std::cmp::Reverse(rsm.maps[*i].age));
-    let new = stale.iter().filter(|i| rsm.maps[**i].drawn.is_none());
-    let budget = rsm.updates.max(new.count());
-    for (rank, i) in stale.into_iter().enumerate() {
-        let map = &mut rsm.maps[i];
-        map.draw_now = rank < budget;
-        if map.draw_now {
-            map.age = 0;
-            map.drawn = Some(map.wanted());
-            map.in_doubt = false;
-            map.incomplete = !ready || views.waits(map.light, map.face);
-            queue.0.extend(views.get(map.light, map.face));
-        }
-    }
-    let shown: Vec<_> = rsm.maps.iter().map(RsmMap::shown).collect();
-    let drawn = rsm.maps.iter().filter(|map| map.draw_now).count();
+    let ready = pipelines.is_some_and(|p| p.ready(&cache));
+    let drawn = rsm.maps.finish(&views, &cache, ready, &mut queue);
     statistics.count("scene/rsm_drawn", drawn as u64);
-    rsm.stale = drawn > 0 || shown != rsm.written || rsm.share != settings.light_share;
+
+    let mut array: Vec<_> = rsm.maps.maps.iter().map(GpuRsmMap::new).collect();
+    let count = array.len() as u32;
+    array.push(GpuRsmMap::default());
+    let weights: Vec<f32> = rsm.relevance.iter().flat_map(|(_, w)| w.clone()).collect();
+    let same = rsm.gpu.get().array == array
+        && *rsm.weights.get() == weights
+        && rsm.share == settings.light_share
+        && rsm.bind_group.is_some();
     rsm.share = settings.light_share;
-    if !rsm.stale {
+    rsm.stale = drawn > 0 || !same;
+    if same {
+        rsm.version += u64::from(drawn > 0);
         return;
     }
     rsm.version += 1;
-    rsm.written.clone_from(&shown);
-    let count = shown.len() as u32;
-    let mut array = shown;
-    array.push(GpuRsmMap::default());
     rsm.gpu.set(GpuRsmMaps { count, array });
     rsm.gpu.write_buffer(&device, &render_queue);
+    rsm.weights.set(weights);
+    rsm.weights.write_buffer(&device, &render_queue);
 }
 
 /// What the passes of this frame bind.
@@ -345,9 +351,13 @@ pub(crate) fn prepare_bind_groups(
 ) {
     let rsm = &mut *rsm;
     rsm.job = None;
-    let (Some(pipelines), Some(layout), Some(textures), Some(maps)) =
-        (pipelines, layout, &rsm.textures, rsm.gpu.binding())
-    else {
+    let (Some(pipelines), Some(layout), Some(textures), Some(maps), Some(weights)) = (
+        pipelines,
+        layout,
+        &rsm.textures,
+        rsm.gpu.binding(),
+        rsm.weights.binding(),
+    ) else {
         return;
     };
     if !rsm.stale && rsm.bind_group.is_some() {
@@ -365,23 +375,18 @@ pub(crate) fn prepare_bind_groups(
             textures.vpls.as_entire_binding(),
         )),
     ));
-    let kept = (0..).zip(&rsm.maps).filter(|(_, map)| map.drawn.is_some());
-    let kept = kept.filter_map(|(i, map)| Some((map.layer?, i)));
     let copies = rsm.copy.iter().flat_map(|old| {
         let pairs = [(&old.texels, &textures.texels), (&old.flux, &textures.flux)];
-        let copies = kept.clone().flat_map(move |layers| {
-            pairs.map(|(source, target)| RsmCopy {
-                source: source.clone(),
-                target: target.clone(),
-                layers,
-            })
-        });
-        copies.collect::<Vec<_>>()
+        pairs.map(|(source, target)| RsmCopy {
+            source: source.clone(),
+            target: target.clone(),
+        })
     });
     let copies = copies.collect();
-    let drawn = rsm.maps.iter().enumerate().filter(|(_, map)| map.draw_now);
+    let drawn = rsm.maps.maps.iter().enumerate();
+    let drawn = drawn.filter_map(|(i, map)| Some((i, map.tile.filter(|_| map.draw_now)?)));
     let draw: Vec<_> = drawn
-        .map(|(i, _)| {
+        .map(|(i, tile)| {
             let mut uniform = UniformBuffer::from(GpuRsmResolve { map: i as u32 });
             uniform.write_buffer(&device, &queue);
             let group = device.create_bind_group(
@@ -392,8 +397,8 @@ pub(crate) fn prepare_bind_groups(
                     maps.clone(),
                     &*textures.depth,
                     &*textures.gbuffer,
-                    &layer_view(&textures.texels, i as u32),
-                    &layer_view(&textures.flux, i as u32),
+                    &page_view(&textures.texels, tile.page),
+                    &page_view(&textures.flux, tile.page),
                 )),
             );
             (i, group)
@@ -403,7 +408,7 @@ pub(crate) fn prepare_bind_groups(
     let levels = if draw.is_empty() {
         0
     } else {
-        textures.size.ilog2()
+        textures.shape.size.ilog2()
     };
     let sum = (1..=levels)
         .map(|level| {
@@ -415,12 +420,12 @@ pub(crate) fn prepare_bind_groups(
                     &array_view(&textures.flux, level, Some(1)),
                 )),
             );
-            let side = textures.size >> level;
-            (UVec3::new(side, side, textures.layers), group)
+            let side = textures.shape.size >> level;
+            (UVec3::new(side, side, textures.shape.pages), group)
         })
         .collect();
     let mut uniform = UniformBuffer::from(GpuVpls {
-        count: textures.vpl_count,
+        count: textures.shape.vpls,
         share: rsm.share as u32,
     });
     uniform.write_buffer(&device, &queue);
@@ -433,6 +438,8 @@ pub(crate) fn prepare_bind_groups(
             &all_texels,
             &all_flux,
             textures.vpls.as_entire_binding(),
+            textures.sums.as_entire_binding(),
+            weights,
         )),
     );
     rsm.job = Some(RsmJob {
@@ -440,6 +447,6 @@ pub(crate) fn prepare_bind_groups(
         draw,
         sum,
         vpls,
-        vpl_count: textures.vpl_count,
+        vpl_count: UVec2::new(textures.shape.vpls, textures.shape.volumes),
     });
 }

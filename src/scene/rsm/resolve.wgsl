@@ -1,7 +1,7 @@
 // Turns the G-buffer that a light sees into texels of its reflective shadow map.
 
 #import bevy_gi::gpu::pack::pack_normal
-#import bevy_gi::scene::rsm::types::{RsmMaps, rsm_position}
+#import bevy_gi::scene::rsm::types::{RsmMap, RsmMaps, rsm_position}
 #import bevy_pbr::{
     pbr_deferred_types::{
         DEFERRED_FLAGS_UNLIT_BIT, unpack_24bit_normal, unpack_flags, unpack_unorm4x8_,
@@ -28,6 +28,29 @@ fn window(distance: f32, range: f32) -> f32 {
     return w * w;
 }
 
+// Whether a surface's light is counted here. Not that of surfaces far from the volume, which only throw their shadow into it;
+// and where maps of a sun overlap, that of the finest, which come first.
+fn is_of_this_map(map: RsmMap, p: vec3<f32>) -> bool {
+    if any(p < map.bounce_min) || any(p > map.bounce_max) {
+        return false;
+    }
+    if map.kind != #{LIGHT_DIRECTIONAL}u {
+        return true;
+    }
+    for (var i = resolve_.map; i > 0u; i--) {
+        let finer = maps.array[i - 1u];
+        if finer.light != map.light {
+            break;
+        }
+        let ndc = finer.clip_from_world * vec4(p, 1.0);
+        let bounces = all(p >= finer.bounce_min) && all(p <= finer.bounce_max);
+        if all(abs(ndc.xy) < vec2(1.0)) && bounces {
+            return false;
+        }
+    }
+    return true;
+}
+
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     let map = maps.array[resolve_.map];
@@ -38,9 +61,10 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     let z = textureLoad(depth_texture, at, 0);
     let packed = textureLoad(deferred_texture, at, 0);
     let unlit = (unpack_flags(packed.a) & DEFERRED_FLAGS_UNLIT_BIT) != 0u;
+    let texel = map.origin + id.xy;
     if z == 0.0 || all(packed == vec4(0u)) || unlit {
-        textureStore(texels, at, vec4(0u));
-        textureStore(flux, at, vec4(0.0));
+        textureStore(texels, texel, vec4(0u));
+        textureStore(flux, texel, vec4(0.0));
         return;
     }
     // Diffuse and specular together, as voxels have it: what a rough surface of that colour reflects.
@@ -50,7 +74,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     var n = octahedral_decode(unpack_24bit_normal(packed.a));
 
     // Part of the light that arrives in this texel, over `flux_scale`.
-    var arrives = 1.0;
+    var arrives = select(0.0, 1.0, is_of_this_map(map, p));
     var to_light = -map.direction;
     if map.kind != #{LIGHT_DIRECTIONAL}u {
         let d = p - map.position;
@@ -79,8 +103,8 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         bitcast<u32>(z),
         pack4x8unorm(vec4(albedo, 1.0)),
     );
-    textureStore(texels, at, words);
+    textureStore(texels, texel, words);
     // Without the colour of the light, which may change without a new map.
     let strength = dot(albedo, vec3(0.2126, 0.7152, 0.0722));
-    textureStore(flux, at, vec4(arrives * strength * map.flux_scale));
+    textureStore(flux, texel, vec4(arrives * strength * map.flux_scale));
 }

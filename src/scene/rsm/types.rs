@@ -1,9 +1,11 @@
 //! GPU structs of reflective shadow maps; `types.wgsl` is their twin.
 
 use bevy::{
-    math::{Mat4, Vec3},
+    math::{Mat4, UVec2, Vec3},
     render::render_resource::ShaderType,
 };
+
+use crate::scene::{light_maps::LightMap, lights::LightKind};
 
 /// One map.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
@@ -16,7 +18,7 @@ pub struct GpuRsmMap {
     pub kind: u32,
     /// Where the light is, metres.
     pub position: Vec3,
-    /// Texels along a side; the rest of the layer is unused.
+    /// Texels along the side of its tile.
     pub size: u32,
     /// Unit vector in which the light travels.
     pub direction: Vec3,
@@ -34,6 +36,59 @@ pub struct GpuRsmMap {
     pub drawn: u32,
     /// Number of its light; the maps of a light follow each other.
     pub light: u32,
+    /// Layer of the textures.
+    pub page: u32,
+    /// Surfaces outside of this box cast, but do not bounce. Metres.
+    pub bounce_min: Vec3,
+    pub bounce_max: Vec3,
+    /// Corner of its tile, texels.
+    pub origin: UVec2,
+}
+
+impl GpuRsmMap {
+    /// A map as it is once this frame's are drawn: its texels are of when they were drawn, the light's colour is always
+    /// that of now.
+    pub(crate) fn new(map: &LightMap) -> Self {
+        let base = Self {
+            clip_from_world: map.view.clip_from_world,
+            color: map.now.color,
+            kind: map.now.kind,
+            light: map.number,
+            size: 1,
+            bounce_min: map.view.bounces.min.into(),
+            bounce_max: map.view.bounces.max.into(),
+            ..Self::default()
+        };
+        let Some((drawn, tile)) = map.shown() else {
+            return base;
+        };
+        let texels = (tile.size * tile.size) as f32;
+        // Width of the view over its depth, or the width itself: both are in the projection's first column.
+        let half_width = 1.0 / drawn.clip_from_view.x_axis.x;
+        let half_height = 1.0 / drawn.clip_from_view.y_axis.y;
+        let light = &drawn.light;
+        Self {
+            clip_from_world: drawn.clip_from_world,
+            world_from_clip: drawn.clip_from_world.inverse(),
+            position: light.position,
+            size: tile.size,
+            // A point light looks everywhere.
+            direction: match light.kind {
+                kind if kind == LightKind::Point as u32 => Vec3::ZERO,
+                _ => light.direction,
+            },
+            flux_scale: 4.0 * half_width * half_height / texels,
+            half_width: light.half_width,
+            range: light.range,
+            half_height: light.half_height,
+            cos_inner: light.cos_inner,
+            cos_outer: light.cos_outer,
+            drawn: 1,
+            page: tile.page,
+            origin: tile.origin,
+            ..base
+        }
+    }
 }
 
 /// The buffer of all maps.
@@ -54,7 +109,7 @@ pub struct GpuVpl {
     pub radius_squared: f32,
     /// Reflected flux, lumens.
     pub flux: Vec3,
-    /// As a texel's word 1, but with the number of its map, counted from 1, in the top byte.
+    /// Octahedral 2 x 10 bit, and the number of its map, counted from 1, in the other 12.
     pub normal: u32,
 }
 
@@ -67,7 +122,7 @@ pub struct GpuRsmResolve {
 /// Uniform of `vpls.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
 pub struct GpuVpls {
-    /// Virtual point lights, a power of two.
+    /// Virtual point lights of a volume, a power of two.
     pub count: u32,
     /// A [`LightShare`](crate::LightShare).
     pub share: u32,

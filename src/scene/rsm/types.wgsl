@@ -2,6 +2,7 @@
 #define_import_path bevy_gi::scene::rsm::types
 
 #import bevy_gi::gpu::pack::unpack_normal
+#import bevy_pbr::utils::{octahedral_decode, octahedral_encode}
 #import bevy_pbr::rgb9e5::rgb9e5_to_vec3_
 
 struct RsmMap {
@@ -20,6 +21,10 @@ struct RsmMap {
     cos_outer: f32,
     drawn: u32,
     light: u32,
+    page: u32,
+    bounce_min: vec3<f32>,
+    bounce_max: vec3<f32>,
+    origin: vec2<u32>,
 }
 
 struct RsmMaps {
@@ -46,11 +51,27 @@ struct RsmTexel {
 
 const LUMINANCE: vec3<f32> = vec3(0.2126, 0.7152, 0.0722);
 
-// Luminous flux of what the surfaces in a map reflect, lumens, from the top of its mip chain: its light's colour is
+// Luminous flux of what the surfaces in a map reflect, lumens, from the top of its tile's mip chain: its light's colour is
 // not yet in the texture.
-fn luminous_flux(map: RsmMap, layer: u32, flux: texture_2d_array<f32>) -> f32 {
-    let top = textureLoad(flux, vec2(0), i32(layer), i32(firstTrailingBit(map.size))).x;
+fn luminous_flux(map: RsmMap, flux: texture_2d_array<f32>) -> f32 {
+    let level = firstTrailingBit(map.size);
+    let top = textureLoad(flux, map.origin >> vec2(level), map.page, level).x;
     return select(0.0, top * dot(map.color, LUMINANCE), map.drawn != 0u);
+}
+
+// The normal of a virtual point light, and the number of its map.
+fn pack_vpl_normal(n: vec3<f32>, map: u32) -> u32 {
+    let e = vec2<u32>(saturate(octahedral_encode(n)) * 1023.0 + 0.5);
+    return e.x | (e.y << 10u) | ((map + 1u) << 20u);
+}
+
+fn vpl_normal(vpl: Vpl) -> vec3<f32> {
+    return octahedral_decode(vec2(f32(vpl.normal & 0x3ffu), f32((vpl.normal >> 10u) & 0x3ffu)) / 1023.0);
+}
+
+// Huge where there is none.
+fn vpl_map(vpl: Vpl) -> u32 {
+    return (vpl.normal >> 20u) - 1u;
 }
 
 // World position of a point of a map.

@@ -1,24 +1,27 @@
 //! `SceneShadows`: the depth of the scene as each light sees it.
 //!
 //! Bevy's own shadow maps cover the camera's frustum only, and only lights that a camera sees have
-//! any; bounced light needs all of the volume. One texture array holds a layer per map: a
-//! directional light has one, orthographic, around all volumes; a spot one perspective; a point or
-//! rect light the six faces of a cube. A map is drawn again only when its light or some caster
-//! changed.
+//! any; bounced light needs all of each volume. A directional light has one map for each volume, orthographic,
+//! along the volume's own extent; a spot one perspective; a point or rect light the six faces of a cube. Which maps
+//! there are, how large they are and when they are drawn is in [`light_maps`](super::light_maps).
+
+use std::sync::Arc;
 
 use bevy::{
     app::{App, Plugin},
+    asset::{AssetServer, embedded_asset, load_embedded_asset},
+    camera::Camera,
     core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
     ecs::{
         prelude::*,
         system::{SystemParamItem, lifetimeless::*},
     },
     material::{MaterialProperties, key::ErasedMaterialPipelineKey},
-    math::Mat4,
+    math::{Mat4, Vec2},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{DrawDepthOnlyPrepass, DrawPrepass, MeshPipelineKey},
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
         batching::gpu_preprocessing::GpuPreprocessingSupport,
         diagnostic::RecordDiagnostics,
         render_phase::{AddRenderCommand, DrawFunctions},
@@ -26,25 +29,32 @@ use bevy::{
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue},
         view::ExtractedView,
     },
+    transform::components::GlobalTransform,
 };
-use std::sync::Arc;
 
 use super::{
     capture::{
         CaptureKind, CaptureKindPlugin, CapturePhase, CapturePhases, CapturePipeline, CaptureQueue,
         CaptureViews, PrepassPipelines, preprocess_captures, sync_views,
     },
+    light_maps::{LightMap, LightMaps, Limits, atlas::Tile},
     light_views::LitScene,
-    lights::{SceneLight, SceneLights, warn_of_lights},
+    lights::{SceneLights, warn_of_lights},
     needs::{NeedsKnown, SceneNeeds},
     visibility::SceneCasters,
     volume::VolumeGrid,
 };
 use crate::{
+    camera::GiCamera,
     gpu::statistics::{GiStatistics, Tracked},
     schedule::GiSystems,
     settings::GiSettings,
 };
+
+const NAME: &str = "gi/scene/shadow_maps";
+
+/// Maps that are drawn again in a frame at most.
+const UPDATES: usize = 48;
 
 /// Depth from the lights: meshes drawn with Bevy's depth-only prepass.
 pub(crate) struct ShadowCapture;
@@ -79,62 +89,69 @@ impl CaptureKind for ShadowCapture {
     }
 }
 
-/// One shadow map.
-struct ShadowMap {
-    light: Entity,
-    face: u32,
-    clip_from_world: Mat4,
-    /// Of the meshes that it may show, see [`SceneCasters::content`].
-    content: u64,
-    /// What the layer shows: the matrix, and the content.
-    drawn: Option<(Mat4, u64)>,
-    draw_now: bool,
+/// A shadow map as shaders see it.
+#[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
+pub struct GpuShadowView {
+    /// Of what the tile shows.
+    pub clip_from_world: Mat4,
+    /// Corner of the tile, over the side of a page.
+    pub origin: Vec2,
+    /// Side of the tile, over that of a page.
+    pub size: f32,
+    /// Half a texel, over the side of the tile.
+    pub inset: f32,
+    /// Layer of the texture array.
+    pub page: u32,
+    /// Whether the tile shows anything yet.
+    pub drawn: u32,
 }
 
-impl ShadowMap {
-    /// The matrix of what the layer shows, which may be frozen.
-    fn shown(&self) -> Mat4 {
-        self.drawn.map_or(self.clip_from_world, |drawn| drawn.0)
+impl GpuShadowView {
+    fn new(map: &LightMap, side: u32) -> Self {
+        let Some((drawn, tile)) = map.shown() else {
+            return Self::default();
+        };
+        Self {
+            clip_from_world: drawn.clip_from_world,
+            origin: tile.origin.as_vec2() / side as f32,
+            size: tile.size as f32 / side as f32,
+            inset: 0.5 / tile.size as f32,
+            page: tile.page,
+            drawn: 1,
+        }
     }
 }
 
 /// All shadow maps, in the render world.
 #[derive(Resource, Default)]
 pub struct SceneShadows {
-    maps: Vec<ShadowMap>,
-    size: u32,
-    layers: Vec<TextureView>,
+    maps: LightMaps,
+    /// A view of each page.
+    pages: Vec<TextureView>,
     texture: Option<Tracked<Texture>>,
-    /// All layers.
+    /// The texture of before, which is copied into the new one.
+    copy: Option<Tracked<Texture>>,
+    /// [`LightMaps::layout`] of the texture.
+    layout: u64,
+    /// All pages.
     pub view: Option<TextureView>,
     /// Compares depths, reverse-Z, bilinear.
     pub sampler: Option<Sampler>,
-    /// `array<mat4x4<f32>>`: clip from world of each map.
-    pub matrices: StorageBuffer<Vec<Mat4>>,
-    /// Grows whenever a map is drawn.
+    /// `array<GpuShadowView>`, an empty one at its end.
+    pub views: StorageBuffer<Vec<GpuShadowView>>,
+    /// Grows whenever a map is drawn, comes or goes.
     pub version: u64,
 }
 
 impl SceneShadows {
     /// Number of maps.
     pub(crate) fn count(&self) -> u32 {
-        self.maps.len() as u32
+        self.maps.maps.len() as u32
     }
 
-    /// Texels along the side of a map.
-    pub(crate) fn size(&self) -> u32 {
-        self.size
-    }
-}
-
-/// Gives each light its maps, as long as there are any of `max`.
-pub(crate) fn assign(lights: &mut [SceneLight], max: usize) {
-    let mut next = 0;
-    for light in lights {
-        let wanted = light.shadow_maps();
-        let fits = wanted > 0 && next + wanted <= max;
-        light.gpu.shadow = if fits { next as i32 } else { -1 };
-        next += if fits { wanted } else { 0 };
+    /// First map of a light by its number, -1 if it has none.
+    pub(crate) fn first_map(&self, number: usize) -> i32 {
+        self.maps.first(number)
     }
 }
 
@@ -142,6 +159,7 @@ pub(crate) struct ShadowsPlugin;
 
 impl Plugin for ShadowsPlugin {
     fn build(&self, app: &mut App) {
+        embedded_asset!(app, "clear.wgsl");
         app.add_plugins(CaptureKindPlugin::<ShadowCapture, DrawPrepass>::default());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
@@ -149,6 +167,7 @@ impl Plugin for ShadowsPlugin {
         render_app
             .init_resource::<SceneShadows>()
             .add_render_command::<CapturePhase<ShadowCapture>, DrawDepthOnlyPrepass>()
+            .add_systems(RenderStartup, init_clear)
             .add_systems(
                 ExtractSchedule,
                 extract_shadow_views
@@ -157,7 +176,9 @@ impl Plugin for ShadowsPlugin {
             )
             .add_systems(
                 Render,
-                prepare_shadows.in_set(RenderSystems::PrepareResources),
+                prepare_shadows
+                    .in_set(RenderSystems::PrepareResources)
+                    .before(super::lights::write_lights),
             )
             .add_systems(
                 RenderGraph,
@@ -168,12 +189,38 @@ impl Plugin for ShadowsPlugin {
     }
 }
 
+/// Empties a tile: a render pass can only clear all of a page.
+#[derive(Resource)]
+struct ClearPipeline(CachedRenderPipelineId);
+
+fn init_clear(mut commands: Commands, server: Res<AssetServer>, cache: Res<PipelineCache>) {
+    let shader = load_embedded_asset!(server.as_ref(), "clear.wgsl");
+    let pipeline = cache.queue_render_pipeline(RenderPipelineDescriptor {
+        label: Some("gi/scene/shadow_maps_clear".into()),
+        vertex: VertexState {
+            shader,
+            entry_point: Some("far_away".into()),
+            ..Default::default()
+        },
+        depth_stencil: Some(DepthStencilState {
+            format: CORE_3D_DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(CompareFunction::Always),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        ..Default::default()
+    });
+    commands.insert_resource(ClearPipeline(pipeline));
+}
+
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn extract_shadow_views(
     mut commands: Commands,
     settings: Extract<Res<GiSettings>>,
     casters: Extract<Res<SceneCasters>>,
-    grids: Extract<Query<&VolumeGrid>>,
+    grids: Extract<Query<(Entity, &VolumeGrid)>>,
+    cameras: Extract<Query<(&Camera, &GlobalTransform), With<GiCamera>>>,
     lights: Res<SceneLights>,
     mut shadows: ResMut<SceneShadows>,
     mut views: ResMut<CaptureViews<ShadowCapture>>,
@@ -182,55 +229,34 @@ fn extract_shadow_views(
     needs: Res<SceneNeeds>,
     statistics: Res<GiStatistics>,
 ) {
-    let shadows = &mut *shadows;
-    if shadows.size != settings.shadow_map_size {
-        shadows.size = settings.shadow_map_size;
-        shadows.texture = None;
-    }
-    let casting = casters.casters.iter().filter(|caster| caster.shadow);
-    let scene = LitScene::new(grids.iter(), casting);
-    let mut maps = Vec::new();
-    let mut wanted = Vec::new();
-    let mut without = 0;
-    if let (Some(scene), true) = (scene, needs.shadows) {
-        for light in &lights.lights {
-            if light.gpu.shadow < 0 {
-                without += usize::from(light.shadow_maps() > 0);
-                continue;
-            }
-            for view in scene.views(light) {
-                maps.push(ShadowMap {
-                    light: light.entity,
-                    face: view.face,
-                    clip_from_world: view.view.clip_from_world(),
-                    content: view.content,
-                    drawn: None,
-                    draw_now: false,
-                });
-                wanted.push(view.wanted(light.entity, shadows.size));
-            }
+    let maps = &mut shadows.maps;
+    let scene = LitScene::new(&grids, &casters, &cameras).filter(|_| needs.shadows);
+    let wanted = match scene {
+        Some(scene) => {
+            let limits = Limits {
+                size: settings.shadow_map_size,
+                own_size: |_| None,
+                interval: |_| 1,
+                maps: settings.max_shadow_maps,
+                updates: UPDATES,
+                frozen: settings.freeze_capture,
+            };
+            maps.update(&scene, &lights.lights, |light| light.shadows, &limits)
         }
-    }
-    warn_of_lights(
-        &statistics,
-        without,
-        "bounce without shadows",
-        settings.max_shadow_maps,
-    );
-    for (new, old) in maps.iter_mut().zip(&shadows.maps) {
-        if (new.light, new.face) == (old.light, old.face) {
-            new.drawn = old.drawn;
+        None => {
+            maps.clear();
+            Vec::new()
         }
-    }
-    shadows.maps = maps;
+    };
+    warn_of_lights(&statistics, maps.without(), "shadow maps");
     sync_views(&mut commands, &mut views, &mut phases, &support, wanted);
 }
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn prepare_shadows(
     mut shadows: ResMut<SceneShadows>,
-    settings: Res<GiSettings>,
     views: Res<CaptureViews<ShadowCapture>>,
+    clear: Option<Res<ClearPipeline>>,
     mut queue: ResMut<CaptureQueue>,
     statistics: Res<GiStatistics>,
     cache: Res<PipelineCache>,
@@ -247,66 +273,94 @@ fn prepare_shadows(
             ..Default::default()
         })
     });
-    let layers = shadows.maps.len().max(1) as u32;
-    if shadows
-        .texture
-        .as_ref()
-        .map(|t| t.size().depth_or_array_layers)
-        != Some(layers)
-    {
+    shadows.allocate(&device, &statistics);
+    let ready = clear.is_some_and(|clear| cache.get_render_pipeline(clear.0).is_some());
+    let drawn = shadows.maps.finish(&views, &cache, ready, &mut queue);
+    statistics.count("scene/shadow_maps", shadows.maps.maps.len() as u64);
+    statistics.count("scene/shadow_maps_drawn", drawn as u64);
+    let side = shadows.maps.atlas.side();
+    let maps = shadows.maps.maps.iter();
+    let mut array: Vec<_> = maps.map(|map| GpuShadowView::new(map, side)).collect();
+    array.push(GpuShadowView::default());
+    let changed = *shadows.views.get() != array;
+    shadows.version += u64::from(drawn > 0 || changed);
+    if changed {
+        shadows.views.set(array);
+        shadows.views.write_buffer(&device, &render_queue);
+    }
+}
+
+impl SceneShadows {
+    /// Makes room for all tiles; what is drawn stays.
+    fn allocate(&mut self, device: &RenderDevice, statistics: &GiStatistics) {
+        self.copy = None;
+        let pages = self.maps.atlas.pages().max(1);
+        let side = self.maps.atlas.side().max(1);
+        let stays = self.layout == self.maps.layout;
+        let size = self.texture.as_ref().map(|texture| texture.size());
+        let size = size.map(|size| (size.width, size.depth_or_array_layers));
+        if size.is_some_and(|size| size == (side, pages)) {
+            self.layout = self.maps.layout;
+            return;
+        }
         let texture = device.create_texture(&TextureDescriptor {
-            label: Some("gi/scene/shadow_maps"),
+            label: Some(NAME),
             size: Extent3d {
-                width: shadows.size,
-                height: shadows.size,
-                depth_or_array_layers: layers,
+                width: side,
+                height: side,
+                depth_or_array_layers: pages,
             },
             mip_level_count: 1,
             sample_count: 1,
             dimension: TextureDimension::D2,
             format: CORE_3D_DEPTH_FORMAT,
-            usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
+            usage: TextureUsages::RENDER_ATTACHMENT
+                | TextureUsages::TEXTURE_BINDING
+                | TextureUsages::COPY_SRC
+                | TextureUsages::COPY_DST,
             view_formats: &[],
         });
         let texture = statistics.texture("scene/shadow_maps", texture);
-        shadows.view = Some(texture.create_view(&TextureViewDescriptor {
+        self.view = Some(texture.create_view(&TextureViewDescriptor {
             dimension: Some(TextureViewDimension::D2Array),
             ..Default::default()
         }));
-        shadows.layers = (0..layers)
-            .map(|layer| {
-                texture.create_view(&TextureViewDescriptor {
-                    dimension: Some(TextureViewDimension::D2),
-                    base_array_layer: layer,
-                    array_layer_count: Some(1),
-                    ..Default::default()
-                })
+        let page = |page| {
+            texture.create_view(&TextureViewDescriptor {
+                dimension: Some(TextureViewDimension::D2),
+                base_array_layer: page,
+                array_layer_count: Some(1),
+                ..Default::default()
             })
-            .collect();
-        shadows.texture = Some(texture);
-        for map in &mut shadows.maps {
-            map.drawn = None;
-        }
+        };
+        self.pages = (0..pages).map(page).collect();
+        let before = self.texture.replace(texture);
+        self.copy = before.filter(|before| stays && before.width() == side);
+        self.layout = self.maps.layout;
     }
-    let ready = views.ready(&cache);
-    let mut matrices_changed = shadows.matrices.get().is_empty();
-    for (i, map) in shadows.maps.iter_mut().enumerate() {
-        let current = (map.clip_from_world, map.content);
-        let frozen = settings.freeze_capture && map.drawn.is_some();
-        let changed = views.changed(map.light, map.face);
-        map.draw_now = !frozen && (map.drawn != Some(current) || changed);
-        if map.draw_now {
-            map.drawn = (ready && !changed).then_some(current);
-            queue.0.extend(views.get(map.light, map.face));
-            shadows.version += 1;
-        }
-        matrices_changed |= shadows.matrices.get().get(i) != Some(&map.shown());
-    }
-    if matrices_changed {
-        let mut matrices: Vec<_> = shadows.maps.iter().map(ShadowMap::shown).collect();
-        matrices.push(Mat4::IDENTITY);
-        shadows.matrices.set(matrices);
-        shadows.matrices.write_buffer(&device, &render_queue);
+
+    /// Copies what is drawn into a texture of another number of pages.
+    fn copy_pages(&self, encoder: &mut CommandEncoder) {
+        let (Some(before), Some(now)) = (&self.copy, &self.texture) else {
+            return;
+        };
+        let whole = |texture| TexelCopyTextureInfo {
+            texture,
+            mip_level: 0,
+            origin: Origin3d::ZERO,
+            aspect: TextureAspect::All,
+        };
+        let pages = before
+            .depth_or_array_layers()
+            .min(now.depth_or_array_layers());
+        encoder.copy_texture_to_texture(
+            whole(&***before),
+            whole(&***now),
+            Extent3d {
+                depth_or_array_layers: pages,
+                ..before.size()
+            },
+        );
     }
 }
 
@@ -316,32 +370,44 @@ fn draw_shadows(
     views: Res<CaptureViews<ShadowCapture>>,
     phases: Res<CapturePhases<ShadowCapture>>,
     extracted: Query<&ExtractedView>,
+    clear: Option<Res<ClearPipeline>>,
+    cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
-    if !shadows.maps.iter().any(|map| map.draw_now) {
+    shadows.copy_pages(ctx.command_encoder());
+    let clear = clear.and_then(|clear| cache.get_render_pipeline(clear.0));
+    let maps = shadows.maps.maps.iter().filter(|map| map.draw_now);
+    let tiles: Vec<(&LightMap, Tile)> = maps.filter_map(|map| Some((map, map.tile?))).collect();
+    let (Some(clear), false) = (clear, tiles.is_empty()) else {
         return;
-    }
-    let span = diagnostics.time_span(ctx.command_encoder(), "gi/scene/shadow_maps");
-    for (map, layer) in shadows.maps.iter().zip(&shadows.layers) {
-        if !map.draw_now {
+    };
+    let span = diagnostics.time_span(ctx.command_encoder(), NAME);
+    for (map, tile) in tiles {
+        let Some(page) = shadows.pages.get(tile.page as usize) else {
             continue;
-        }
+        };
         let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
-            label: Some("gi/scene/shadow_maps"),
+            label: Some(NAME),
             color_attachments: &[],
             depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                view: layer,
+                view: page,
                 depth_ops: Some(Operations {
-                    load: LoadOp::Clear(0.0),
+                    load: LoadOp::Load,
                     store: StoreOp::Store,
                 }),
                 stencil_ops: None,
             }),
             ..Default::default()
         });
-        let Some(view) = views.get(map.light, map.face) else {
+        let (at, size) = (tile.origin, tile.size);
+        let [x, y, side] = [at.x, at.y, size].map(|texels| texels as f32);
+        pass.set_viewport(x, y, side, side, 0.0, 1.0);
+        pass.set_scissor_rect(at.x, at.y, size, size);
+        pass.set_render_pipeline(clear);
+        pass.draw(0..3, 0..1);
+        let Some(view) = views.get(map.light, map.view.face) else {
             continue;
         };
         let phase = extracted

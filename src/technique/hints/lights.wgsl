@@ -1,12 +1,12 @@
 // Light of lamps that arrives at the hints after its first bounce, from the reflective shadow maps.
 
-#import bevy_gi::gpu::pack::unpack_normal
 #import bevy_gi::gpu::random::random3
 #import bevy_gi::gpu::sh::sh_basis
 #import bevy_gi::scene::bindings::volume
 #import bevy_gi::scene::probes::types::{cell_center, probe_coords, probe_count}
 #import bevy_gi::scene::probes::bindings::{offsets, probes}
 #import bevy_gi::scene::rsm::lookup::{load_rsm, maps, texels, vpls}
+#import bevy_gi::scene::rsm::types::{vpl_map, vpl_normal}
 #import bevy_gi::scene::voxels::trace::voxels_between
 #import bevy_gi::surface::kept_depth::CameraDepth
 #import bevy_gi::technique::hints::accumulate::{asleep, blend_slot}
@@ -77,15 +77,15 @@ fn add_vpls(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, pro
     // Each stands for all that this frame leaves out.
     let scale = f32(hints.vpls) / f32(hints.samples);
     for (var i = 0u; i < hints.samples; i++) {
-        let vpl = vpls[(hints.first_sample + i) % hints.vpls];
+        let vpl = vpls[hints.first_vpl + (hints.first_sample + i) % hints.vpls];
         if all(vpl.flux <= vec3(0.0)) {
             continue;
         }
         let y = receiver(p, clearance, random3(probe, i, hints.frame));
-        let patch_ = Patch(vpl.position, unpack_normal(vpl.normal), scale * vpl.flux, vpl.radius_squared);
+        let patch_ = Patch(vpl.position, vpl_normal(vpl), scale * vpl.flux, vpl.radius_squared);
         var seen = 1.0;
         if hints.occlusion == #{OCCLUSION_LIGHT_DEPTH}u || hints.occlusion == #{OCCLUSION_CAMERA_DEPTH}u {
-            seen = march((vpl.normal >> 24u) - 1u, patch_.position + patch_.normal * volume.voxel, y);
+            seen = march(vpl_map(vpl), patch_.position + patch_.normal * volume.voxel, y);
         }
         add_patch(gathered, y, patch_, seen);
     }
@@ -93,14 +93,15 @@ fn add_vpls(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, pro
 
 // Whether a point is behind what the light of map `index` sees. Reverse depth: smaller is farther.
 fn hidden_from_light(index: u32, p: vec3<f32>) -> bool {
-    let map = maps.array[index];
+    let map = maps.array[min(index, maps.count)];
     let clip = map.clip_from_world * vec4(p, 1.0);
     let ndc = clip.xyz / clip.w;
     let uv = ndc.xy * vec2(0.5, -0.5) + 0.5;
     if clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
         return false;
     }
-    let depth = bitcast<f32>(textureLoad(texels, vec2<i32>(uv * f32(map.size)), i32(index), 0).z);
+    let texel = map.origin + vec2<u32>(uv * f32(map.size));
+    let depth = bitcast<f32>(textureLoad(texels, texel, map.page, 0).z);
     return ndc.z < depth * 0.98;
 }
 

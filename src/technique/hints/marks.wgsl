@@ -4,6 +4,7 @@
 #import bevy_gi::scene::probes::bindings::{offsets, probes}
 #import bevy_gi::scene::probes::types::{cell_center, probe_coords}
 #import bevy_gi::scene::rsm::lookup::{maps, vpls}
+#import bevy_gi::scene::rsm::types::vpl_map
 #import bevy_gi::technique::hints::bindings::hints
 #import bevy_gi::technique::hints::disk::{disk_center, disk_sample, flux_to_share, map_samples}
 #import bevy_gi::technique::hints::types::{HintsView, Picked}
@@ -14,8 +15,8 @@
 
 // The texel that a virtual point light stands for.
 fn vpl_mark(i: u32) -> Mark {
-    let vpl = vpls[(hints.first_sample + i) % max(hints.vpls, 1u)];
-    let m = (vpl.normal >> 24u) - 1u;
+    let vpl = vpls[hints.first_vpl + (hints.first_sample + i) % max(hints.vpls, 1u)];
+    let m = vpl_map(vpl);
     if m >= maps.count {
         return Mark(vec2(0.0), -1.0, 0u);
     }

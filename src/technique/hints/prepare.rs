@@ -81,6 +81,8 @@ struct Content {
     /// The slots that are looked up, a bit each.
     shown: u32,
     share: LightShare,
+    /// The volume's virtual point lights: the first, and their number.
+    vpls: (u32, u32),
     /// Where what the camera sees matters.
     camera: Option<Mat4>,
 }
@@ -164,6 +166,7 @@ pub(crate) enum BounceFrom {
 
 type VolumeData<'a> = (
     Entity,
+    &'a ExtractedVolume,
     Option<&'a SceneVoxels>,
     Option<&'a SceneProbes>,
     Option<&'a mut HintsCache>,
@@ -172,7 +175,7 @@ type VolumeData<'a> = (
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn prepare_hints(
     mut commands: Commands,
-    mut volumes: Query<VolumeData, With<ExtractedVolume>>,
+    mut volumes: Query<VolumeData>,
     cameras: Query<&ExtractedGiCamera>,
     gi: Res<GiSettings>,
     settings: Res<RadianceHintsSettings>,
@@ -193,7 +196,7 @@ pub(crate) fn prepare_hints(
     let Some(mut camera) = camera else { return };
     camera.wanted = wanted && settings.occlusion == HintOcclusion::CameraDepth;
     let ready = pipelines.ready(&cache);
-    for (entity, voxels, probes, hints) in &mut volumes {
+    for (entity, volume, voxels, probes, hints) in &mut volumes {
         let (Some(voxels), Some(probes), true) = (voxels, probes, wanted) else {
             // Nobody looks: the memory is given back.
             commands.entity(entity).remove::<HintsCache>();
@@ -231,6 +234,7 @@ pub(crate) fn prepare_hints(
             rsm: rsm.version,
             shown: shown_slots(&gi, &debug, &settings),
             share: gi.light_share,
+            vpls: rsm.vpls_of(volume.main.id()),
             camera: camera.clip_from_world.filter(|_| camera.wanted),
         };
         hints.plan(
@@ -376,16 +380,21 @@ impl HintsCache {
         if before.map(|c| &c.sources) != Some(&content.sources) {
             self.source_frames = 0;
         }
-        if self.since >= settings.settle_frames {
-            return;
-        }
-        let fresh = before.is_none_or(|c| c.sources.history != content.sources.history);
-
-        let vpls = rsm.vpl_count();
+        let (first_vpl, vpls) = content.vpls;
         let samples = match settings.sampling {
             HintSampling::VirtualPointLights => settings.samples.min(vpls),
             _ => settings.samples,
         };
+        // Hints do not rest before they have looked at each virtual point light.
+        let looks = match settings.sampling {
+            HintSampling::VirtualPointLights => vpls.div_ceil(samples.max(1)),
+            _ => 0,
+        };
+        if self.since >= settings.settle_frames.max(looks) {
+            return;
+        }
+        let fresh = before.is_none_or(|c| c.sources.history != content.sources.history);
+
         let sleeps = probes.gpu().sleeping != 0
             && self.busy > BUSY
             && moved.is_some()
@@ -400,6 +409,7 @@ impl HintsCache {
             samples,
             first_sample: (turn * samples) % vpls.max(1),
             vpls,
+            first_vpl,
             frame: self.frame,
             // The first frames are rough, and soon count for nothing.
             blend_lights: 2.0 / (self.frames + 2) as f32,

@@ -44,8 +44,10 @@ pub struct GpuHints {
     pub samples: u32,
     /// and the first of them.
     pub first_sample: u32,
-    /// All virtual point lights.
+    /// Virtual point lights of the volume,
     pub vpls: u32,
+    /// and the first of them among those of all volumes.
+    pub first_vpl: u32,
     /// Counts updates.
     pub frame: u32,
     /// Share of this frame in what is accumulated of virtual point lights.

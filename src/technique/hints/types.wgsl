@@ -6,6 +6,7 @@ struct Hints {
     samples: u32,
     first_sample: u32,
     vpls: u32,
+    first_vpl: u32,
     frame: u32,
     blend_lights: f32,
     blend_sources: f32,
