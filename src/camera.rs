@@ -4,21 +4,22 @@ use bevy::{
     app::{App, Plugin, PostUpdate},
     camera::{Camera, Camera3d, Hdr},
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass},
-    ecs::{prelude::*, query::QueryItem},
+    ecs::prelude::*,
     light::{AmbientLight, EnvironmentMapLight},
     log::{info, info_once},
     pbr::{DefaultOpaqueRendererMethod, check_views_need_specialization},
     reflect::prelude::*,
     render::{
-        Render, RenderApp, RenderSystems,
-        extract_component::{ExtractComponent, ExtractComponentPlugin},
+        Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
+        sync_component::{SyncComponent, SyncComponentPlugin},
+        sync_world::RenderEntity,
         view::Msaa,
     },
 };
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    gpu::caps::supported,
+    gpu::caps::{GiSupport, supported},
     settings::{GiSettings, GiTechnique},
 };
 
@@ -44,47 +45,49 @@ impl GiCamera {
         }
     }
 
-    /// The technique in force for this camera.
-    pub fn active_technique(&self, settings: &GiSettings) -> GiTechnique {
-        self.technique.unwrap_or(settings.technique)
+    /// The technique in force for this camera: its own or the general one, where the device can run it.
+    pub fn active_technique(&self, settings: &GiSettings, support: &GiSupport) -> GiTechnique {
+        support.in_force(self.technique.unwrap_or(settings.technique))
     }
 }
 
 /// A [`GiCamera`] in the render world.
 #[derive(Component, Clone, Debug)]
 pub struct ExtractedGiCamera {
-    pub(crate) technique: Option<GiTechnique>,
+    /// The one in force.
+    pub(crate) technique: GiTechnique,
     /// The camera's own ambient light.
     ambient: Option<AmbientLight>,
 }
 
-impl ExtractedGiCamera {
-    pub(crate) fn active_technique(&self, settings: &GiSettings) -> GiTechnique {
-        self.technique.unwrap_or(settings.technique)
-    }
-}
-
-impl ExtractComponent for GiCamera {
-    type QueryData = (
-        &'static GiCamera,
-        &'static Camera,
-        Option<&'static AmbientLight>,
-    );
-    type QueryFilter = ();
-    type Out = ExtractedGiCamera;
-
-    fn extract_component(
-        (gi, camera, ambient): QueryItem<'_, '_, Self::QueryData>,
-    ) -> Option<Self::Out> {
-        camera.is_active.then_some(ExtractedGiCamera {
-            technique: gi.technique,
-            ambient: ambient.cloned(),
-        })
-    }
-}
-
-impl bevy::render::sync_component::SyncComponent for GiCamera {
+impl SyncComponent for GiCamera {
     type Target = ExtractedGiCamera;
+}
+
+type CameraData<'a> = (
+    RenderEntity,
+    &'a GiCamera,
+    &'a Camera,
+    Option<&'a AmbientLight>,
+);
+
+fn extract_cameras(
+    mut commands: Commands,
+    cameras: Extract<Query<CameraData>>,
+    settings: Extract<Res<GiSettings>>,
+    support: Extract<Res<GiSupport>>,
+) {
+    for (entity, gi, camera, ambient) in &cameras {
+        let mut entity = commands.entity(entity);
+        if camera.is_active {
+            entity.insert(ExtractedGiCamera {
+                technique: gi.active_technique(&settings, &support),
+                ambient: ambient.cloned(),
+            });
+        } else {
+            entity.remove::<ExtractedGiCamera>();
+        }
+    }
 }
 
 /// Registers [`GiCamera`] and what it does to a camera.
@@ -109,6 +112,7 @@ impl Plugin for GiCameraPlugin {
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
+        render_app.add_systems(ExtractSchedule, extract_cameras);
         render_app.add_systems(
             Render,
             replace_ambient
@@ -117,7 +121,7 @@ impl Plugin for GiCameraPlugin {
                 .run_if(supported),
         );
         // Without a renderer, it would panic where a camera is removed.
-        app.add_plugins(ExtractComponentPlugin::<GiCamera>::default());
+        app.add_plugins(SyncComponentPlugin::<GiCamera>::default());
     }
 }
 
@@ -158,7 +162,7 @@ fn replace_ambient(
     replaced: Query<(Entity, &ReplacedAmbient)>,
 ) {
     let replaces = |camera: &ExtractedGiCamera| {
-        settings.replace_ambient && camera.active_technique(&settings) != GiTechnique::Off
+        settings.replace_ambient && camera.technique != GiTechnique::Off
     };
     for (view, camera) in &views {
         if replaces(camera) {

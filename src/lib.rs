@@ -39,6 +39,8 @@
 mod apply;
 mod camera;
 mod debug;
+#[cfg(test)]
+mod device_tests;
 mod forward_views;
 mod gpu;
 #[cfg(feature = "inspector")]

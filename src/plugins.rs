@@ -13,6 +13,7 @@ use crate::{
     settings::SettingsPlugin,
     surface::SurfacePlugin,
     technique::{
+        Technique,
         hints::{RadianceHints, RadianceHintsPlugin},
         vct::{VoxelConeTracing, VoxelConeTracingPlugin},
     },
@@ -46,13 +47,20 @@ impl PluginGroup for GiPlugins {
     }
 }
 
-/// Asks the adapter, once it is there.
+/// Asks the device, once it is there.
 struct SupportPlugin;
 
 impl Plugin for SupportPlugin {
     fn build(&self, _: &mut App) {}
 
     fn finish(&self, app: &mut App) {
-        caps::detect(app);
+        let needs = [
+            (
+                VoxelConeTracing::TECHNIQUE.title(),
+                VoxelConeTracing::DEVICE,
+            ),
+            (RadianceHints::TECHNIQUE.title(), RadianceHints::DEVICE),
+        ];
+        caps::detect(app, &needs);
     }
 }

@@ -260,10 +260,8 @@ fn shaders_are_valid_and_fit_the_limits_of_webgpu() {
 #[test]
 fn an_app_without_a_renderer_goes_on() {
     let (mut app, _) = load(&[]);
-    let why = match app.world().resource::<crate::GiSupport>() {
-        crate::GiSupport::Unsupported(why) => why.clone(),
-        crate::GiSupport::Supported => panic!("there is no renderer"),
-    };
+    let support = app.world().resource::<crate::GiSupport>();
+    let why = support.reason().expect("there is no renderer");
     assert!(
         why.contains("bevy_gi is off") && why.contains("mesa-vulkan-drivers"),
         "{why}"

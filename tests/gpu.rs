@@ -42,3 +42,5 @@ mod support;
 mod time;
 #[path = "gpu/voxels.rs"]
 mod voxels;
+#[path = "gpu/webgpu.rs"]
+mod webgpu;

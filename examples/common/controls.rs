@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_gi::{
-    GiSettingsRegistry,
+    GiSettingsRegistry, GiSupport,
     inspector::{
         GiInspector, GiInspectorPlugin,
         bevy_egui::{EguiGlobalSettings, EguiPlugin},
@@ -184,7 +184,7 @@ fn preset_key(world: &mut World) {
 fn update_help(
     settings: Res<GiSettings>,
     debug: Res<GiDebugSettings>,
-    support: Option<Res<bevy_gi::GiSupport>>,
+    support: Res<GiSupport>,
     truth: Option<Res<TruthState>>,
     time: Res<Time<Real>>,
     help: Res<Help>,
@@ -192,9 +192,9 @@ fn update_help(
     mut smooth: Local<f32>,
 ) {
     *smooth += (time.delta_secs() - *smooth) * 0.1;
-    let off = match support.as_deref() {
-        Some(bevy_gi::GiSupport::Unsupported(why)) => format!("\n{why}"),
-        _ => String::new(),
+    let off = match support.technique(settings.technique) {
+        Some(why) => format!("\n{why}"),
+        None => String::new(),
     };
     let (technique, hold) = match truth.as_deref() {
         None => (settings.technique.name().into(), ""),

@@ -21,6 +21,7 @@ use bevy::{
         gpu_readback::{Readback, ReadbackComplete},
         render_resource::{PipelineCache, PollType, TextureFormat, TextureUsages},
         renderer::RenderDevice,
+        settings::WgpuSettings,
     },
     time::TimeUpdateStrategy,
     window::ExitCondition,
@@ -81,6 +82,11 @@ impl Picture {
 impl Headless {
     /// An app with all of Bevy but a window, and `configure` on top.
     pub fn new(configure: impl FnOnce(&mut App)) -> Self {
+        Self::on(WgpuSettings::default(), configure)
+    }
+
+    /// The same on a device of that making.
+    pub fn on(device: WgpuSettings, configure: impl FnOnce(&mut App)) -> Self {
         let mut app = App::new();
         // A process has one log, even if a test makes many apps.
         static LOG: std::sync::Once = std::sync::Once::new();
@@ -93,6 +99,7 @@ impl Headless {
                 ..default()
             })
             .set(RenderPlugin {
+                render_creation: device.into(),
                 synchronous_pipeline_compilation: true,
                 ..default()
             })

@@ -51,7 +51,9 @@ impl Studio {
                 });
         });
         configured?;
-        if let Some(GiSupport::Unsupported(why)) = headless.app.world().get_resource() {
+        let world = headless.app.world();
+        let technique = world.resource::<GiSettings>().technique;
+        if let Some(why) = world.resource::<GiSupport>().technique(technique) {
             eprintln!("{why}");
         }
         let target = headless.target(

@@ -116,7 +116,9 @@ impl Plugin for CompositePlugin {
             .init_resource::<SpecializedRenderPipelines<CompositePipeline>>()
             .add_systems(
                 RenderStartup,
-                init_composite_pipeline.after(init_surface_layout),
+                init_composite_pipeline
+                    .after(init_surface_layout)
+                    .run_if(supported),
             )
             .add_systems(
                 Render,

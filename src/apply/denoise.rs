@@ -76,7 +76,9 @@ impl Plugin for DenoisePlugin {
         render_app
             .add_systems(
                 RenderStartup,
-                init_denoise_pipeline.after(init_surface_layout),
+                init_denoise_pipeline
+                    .after(init_surface_layout)
+                    .run_if(supported),
             )
             .add_systems(
                 Render,

@@ -57,7 +57,7 @@ use crate::{
     schedule::GiSystems,
     settings::{GiSettings, GiTechnique},
     surface::ViewSurface,
-    technique::{Settling, Technique, TechniqueCache},
+    technique::{Settling, Technique, TechniqueCache, possible},
 };
 
 /// Voxels between probes.
@@ -130,7 +130,7 @@ impl Plugin for ExportPlugin {
 fn sync_exports(
     mut commands: Commands,
     settings: Res<GiSettings>,
-    support: Option<Res<GiSupport>>,
+    support: Res<GiSupport>,
     volumes: Query<(Entity, &GiVolume, &VolumeGrid, Option<&VolumeExport>)>,
     orphans: Query<Entity, (With<VolumeExport>, Without<GiVolume>)>,
     mut lights: Query<
@@ -147,7 +147,7 @@ fn sync_exports(
     for volume in &orphans {
         commands.entity(volume).remove::<VolumeExport>();
     }
-    let wanted = settings.forward_light && support.is_some_and(|support| support.is_supported());
+    let wanted = settings.forward_light && support.is_supported();
     for (entity, volume, grid, export) in &volumes {
         let Some(grid) = grid.0.filter(|_| wanted) else {
             if export.is_some() {
@@ -235,6 +235,7 @@ fn despawn_probe(
 /// Which irradiance volumes each camera sees: GI cameras the exports, all others what is theirs.
 fn choose_volumes(
     settings: Res<GiSettings>,
+    support: Res<GiSupport>,
     device: Option<Res<RenderDevice>>,
     mut cameras: Query<(Option<&GiCamera>, &GlobalTransform, &mut VisibleEntities)>,
     exports: Query<&GlobalTransform, With<ExportProbe>>,
@@ -246,7 +247,7 @@ fn choose_volumes(
     let several = device.is_some_and(|device| has_texture_arrays(&device));
     for (gi, camera, mut visible) in &mut cameras {
         let visible = visible.get_mut(TypeId::of::<ClusterVisibilityClass>());
-        if gi.is_none_or(|gi| gi.active_technique(&settings) == GiTechnique::Off) {
+        if gi.is_none_or(|gi| gi.active_technique(&settings, &support) == GiTechnique::Off) {
             visible.retain(|entity| !exports.contains(*entity));
             continue;
         }
@@ -425,7 +426,7 @@ fn prepare_exports(
     // Irradiance volumes are the same for all cameras: where techniques differ, the general one.
     let technique = cameras
         .iter()
-        .map(|camera| camera.active_technique(&settings))
+        .map(|camera| camera.technique)
         .filter(|technique| *technique != GiTechnique::Off)
         .max_by_key(|technique| *technique == settings.technique);
     let mut probes = 0;
@@ -530,7 +531,8 @@ impl<T: Technique> Plugin for TechniqueExportPlugin<T> {
                 RenderStartup,
                 init_export_pass::<T>
                     .after(init_export_layout)
-                    .after(init_scene_layout),
+                    .after(init_scene_layout)
+                    .run_if(possible::<T>),
             )
             .add_systems(RenderGraph, export::<T>.in_set(GiSystems::Export));
     }

@@ -25,7 +25,7 @@ use bevy::{
 use crate::{
     camera::GiCamera,
     gpu::{
-        caps::supported,
+        caps::{GiSupport, supported},
         compute::{ComputePass, Recorder, groups},
         statistics::{GiStatistics, Tracked},
     },
@@ -38,7 +38,7 @@ use crate::{
     schedule::GiSystems,
     settings::{GatherResolution, GiHistory, GiSettings},
     surface::{SurfaceLayout, ViewSurface, init_surface_layout},
-    technique::{Technique, TechniqueCache},
+    technique::{Technique, TechniqueCache, possible},
 };
 
 /// Volumes that light one camera at most: each is a pass over its picture. Those that the camera does not see do
@@ -334,7 +334,8 @@ impl<T: Technique> Plugin for GatherPlugin<T> {
                 init_gather_pipeline::<T>
                     .after(init_gather_layout)
                     .after(init_scene_layout)
-                    .after(init_surface_layout),
+                    .after(init_surface_layout)
+                    .run_if(possible::<T>),
             )
             .add_observer(drop_cache::<T>)
             .add_systems(ExtractSchedule, extract_needs::<T>.in_set(NeedsKnown))
@@ -368,11 +369,12 @@ fn init_gather_pipeline<T: Technique>(
 /// Says what the technique needs, if some camera uses it.
 fn extract_needs<T: Technique>(
     settings: Extract<Res<GiSettings>>,
+    support: Extract<Res<GiSupport>>,
     cameras: Extract<Query<(&Camera, &GiCamera)>>,
     mut needs: ResMut<SceneNeeds>,
 ) {
     let uses = |(camera, gi): (&Camera, &GiCamera)| {
-        camera.is_active && gi.active_technique(&settings) == T::TECHNIQUE
+        camera.is_active && gi.active_technique(&settings, &support) == T::TECHNIQUE
     };
     if cameras.iter().any(uses) {
         needs.add(T::NEEDS);

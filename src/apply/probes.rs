@@ -18,7 +18,7 @@ use crate::{
         GiDebugSettings,
         shapes::{DebugShapes, FillPass},
     },
-    gpu::compute::ComputePass,
+    gpu::{caps::supported, compute::ComputePass},
     scene::volume::ExtractedVolume,
 };
 
@@ -50,7 +50,7 @@ impl Plugin for ProbesPlugin {
         };
         render_app
             .add_observer(drop_probes)
-            .add_systems(RenderStartup, init_pass)
+            .add_systems(RenderStartup, init_pass.run_if(supported))
             .add_systems(
                 Render,
                 prepare_probes.in_set(RenderSystems::PrepareBindGroups),

@@ -72,7 +72,9 @@ impl Plugin for TemporalPlugin {
         render_app
             .add_systems(
                 RenderStartup,
-                init_temporal_pipeline.after(init_surface_layout),
+                init_temporal_pipeline
+                    .after(init_surface_layout)
+                    .run_if(supported),
             )
             .add_systems(
                 Render,

@@ -17,7 +17,10 @@ use bevy::{
 
 use super::{GiDebugSettings, GiView, Painter, shapes::FillPass};
 use crate::{
-    gpu::fullscreen::{FullscreenPass, camera_pass},
+    gpu::{
+        caps::supported,
+        fullscreen::{FullscreenPass, camera_pass},
+    },
     scene::{
         bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
         needs::{NeedsKnown, SceneNeeds},
@@ -106,9 +109,13 @@ impl Plugin for LightMapsViewPlugin {
                 RenderStartup,
                 init_pass
                     .after(init_surface_layout)
-                    .after(init_scene_layout),
+                    .after(init_scene_layout)
+                    .run_if(supported),
             )
-            .add_systems(ExtractSchedule, extract_needs.in_set(NeedsKnown))
+            .add_systems(
+                ExtractSchedule,
+                extract_needs.in_set(NeedsKnown).run_if(supported),
+            )
             .add_systems(
                 Core3d,
                 draw.in_set(GiSystems::ShowDebug)

@@ -29,10 +29,7 @@ pub use view::{GiSlice, GiView, HintView};
 
 use crate::{
     camera::ExtractedGiCamera,
-    settings::{
-        Clamp, Clamped, FieldRange, GiSettings, GiTechnique, SettingsResource,
-        SettingsResourcePlugin,
-    },
+    settings::{Clamp, Clamped, FieldRange, GiTechnique, SettingsResource, SettingsResourcePlugin},
 };
 
 /// What to show for debugging. The same for all GI cameras; those whose technique is off show their
@@ -137,13 +134,9 @@ impl Plugin for DebugPlugin {
 
 /// Numbers are shown as they are, not tone-mapped. Runs in the render world, where the camera's own choice
 /// arrives anew in every frame.
-fn show_plain_values(
-    mut commands: Commands,
-    settings: Res<GiSettings>,
-    views: Query<(Entity, &ExtractedGiCamera)>,
-) {
+fn show_plain_values(mut commands: Commands, views: Query<(Entity, &ExtractedGiCamera)>) {
     for (view, camera) in &views {
-        if camera.active_technique(&settings) != GiTechnique::Off {
+        if camera.technique != GiTechnique::Off {
             commands.entity(view).insert(Tonemapping::None);
         }
     }

@@ -20,6 +20,7 @@ use bevy::{
 use super::{GiDebugSettings, Painter, light_maps::DebugMarks};
 use crate::{
     gpu::{
+        caps::supported,
         compute::{ComputePass, Groups, Recorder},
         fullscreen::camera_pass,
     },
@@ -135,7 +136,10 @@ impl Plugin for ShapesPlugin {
             return;
         };
         render_app
-            .add_systems(RenderStartup, init_pipeline.after(init_surface_layout))
+            .add_systems(
+                RenderStartup,
+                init_pipeline.after(init_surface_layout).run_if(supported),
+            )
             .add_systems(
                 RenderGraph,
                 fill_shapes.in_set(GiSystems::FillDebug).run_if(

@@ -20,7 +20,10 @@ use bevy::{
 
 use super::{GiDebugSettings, GiView, Painter};
 use crate::{
-    gpu::fullscreen::{FullscreenPass, camera_pass},
+    gpu::{
+        caps::supported,
+        fullscreen::{FullscreenPass, camera_pass},
+    },
     scene::{
         bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
         needs::{NeedsKnown, SceneNeeds},
@@ -130,9 +133,13 @@ impl Plugin for VoxelViewPlugin {
                         .after(init_scene_layout),
                     init_surface_view,
                 )
-                    .chain(),
+                    .chain()
+                    .run_if(supported),
             )
-            .add_systems(ExtractSchedule, extract_needs.in_set(NeedsKnown))
+            .add_systems(
+                ExtractSchedule,
+                extract_needs.in_set(NeedsKnown).run_if(supported),
+            )
             .add_systems(
                 Render,
                 (

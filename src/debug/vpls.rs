@@ -17,7 +17,7 @@ use super::{
     shapes::{DebugShapes, FillPass},
 };
 use crate::{
-    gpu::compute::ComputePass,
+    gpu::{caps::supported, compute::ComputePass},
     scene::{
         needs::{NeedsKnown, SceneNeeds},
         rsm::{self, SceneRsm, rsm_layout},
@@ -53,8 +53,11 @@ impl Plugin for VplsViewPlugin {
             return;
         };
         render_app
-            .add_systems(RenderStartup, init_pass)
-            .add_systems(ExtractSchedule, extract_needs.in_set(NeedsKnown))
+            .add_systems(RenderStartup, init_pass.run_if(supported))
+            .add_systems(
+                ExtractSchedule,
+                extract_needs.in_set(NeedsKnown).run_if(supported),
+            )
             .add_systems(
                 Render,
                 prepare

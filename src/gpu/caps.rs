@@ -1,31 +1,83 @@
-//! What the adapter must offer, and the sentence that says what is missing.
+//! What passes need of a device, and the sentences that say what one lacks: before any pipeline is made, which would
+//! end the app.
 
 use bevy::{
     app::App,
     ecs::prelude::*,
-    log::error,
+    log::{error, warn},
     render::{
         RenderApp,
         render_resource::{TextureFormat, TextureUsages},
         renderer::{RenderAdapter, RenderDevice},
+        settings::{WgpuFeatures, WgpuLimits},
     },
 };
 
-/// Whether global illumination can run here. Inserted into both worlds.
+/// Whether global illumination can run here, and with which techniques. Inserted into both worlds.
 ///
-/// Where it cannot, cameras render as with [`GiTechnique::Off`](crate::GiTechnique::Off).
-#[derive(Resource, Clone, Debug, PartialEq, Eq)]
-pub enum GiSupport {
-    /// Everything needed is there.
-    Supported,
-    /// One sentence: what is missing, and how to get it.
-    Unsupported(String),
+/// Cameras whose technique cannot run render as with [`GiTechnique::Off`](crate::GiTechnique::Off).
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct GiSupport {
+    /// Why none of them runs.
+    missing: Option<String>,
+    /// Why those do not run that need more than others, by their titles.
+    techniques: Vec<(&'static str, String)>,
 }
 
 impl GiSupport {
-    /// Whether everything needed is there.
+    /// Whether everything is there that all techniques need.
     pub fn is_supported(&self) -> bool {
-        *self == Self::Supported
+        self.missing.is_none()
+    }
+
+    /// One sentence where none of the techniques can run: what is missing, and how to get it.
+    pub fn reason(&self) -> Option<&str> {
+        self.missing.as_deref()
+    }
+
+    /// The same for the technique of that title.
+    pub(crate) fn reason_of(&self, title: &str) -> Option<&str> {
+        let own = self.techniques.iter().find(|(name, _)| *name == title);
+        self.reason().or(own.map(|(_, why)| why.as_str()))
+    }
+
+    /// Nothing runs.
+    fn without(why: String) -> Self {
+        Self {
+            missing: Some(format!("bevy_gi is off: {why}")),
+            techniques: Vec::new(),
+        }
+    }
+
+    /// All but one technique runs.
+    #[cfg(test)]
+    pub(crate) fn all_but(title: &'static str, why: &str) -> Self {
+        Self {
+            missing: None,
+            techniques: vec![(title, why.into())],
+        }
+    }
+
+    /// What runs on a device of that name, of techniques with those titles and needs.
+    fn of(offer: &DeviceOffer, name: &str, techniques: &[(&'static str, DeviceNeeds)]) -> Self {
+        let common = offer.lacks_capability().or_else(|| COMMON.missing(offer));
+        if let Some(what) = common {
+            return Self::without(format!(
+                "the device '{name}' lacks {what}; a newer driver may have it, and Vulkan, Metal or \
+                 DX12 rather than OpenGL do"
+            ));
+        }
+        let techniques = techniques.iter().filter_map(|(title, needs)| {
+            let what = needs.missing(offer)?;
+            let why = format!(
+                "{title} is off: the device '{name}' lacks {what}; cameras with it show no indirect light"
+            );
+            Some((*title, why))
+        });
+        Self {
+            missing: None,
+            techniques: techniques.collect(),
+        }
     }
 }
 
@@ -34,31 +86,150 @@ pub(crate) fn supported(support: Option<Res<GiSupport>>) -> bool {
     support.is_some_and(|support| support.is_supported())
 }
 
-/// Inspects the adapter. Called once, when there is one.
-pub(crate) fn detect(app: &mut App) {
+/// What a part of the crate needs of a device, of what not every device has. The numbers are those of its layouts,
+/// which `device_tests.rs` counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct DeviceNeeds {
+    /// Storage buffers in all layouts of a pipeline together, per shader stage.
+    pub storage_buffers: u32,
+    /// Storage textures likewise.
+    pub storage_textures: u32,
+    /// Texels along the longest side of its 3D textures, with the highest settings.
+    pub texture_3d: u32,
+}
+
+/// What all techniques need: surfaces, the scene's capture, and what brings the light to the picture.
+pub(crate) const COMMON: DeviceNeeds = DeviceNeeds {
+    storage_buffers: 6,
+    storage_textures: 3,
+    // Irradiance volumes: 64 probes, of three axes.
+    texture_3d: 192,
+};
+
+/// Threads in the largest workgroup.
+pub(crate) const WORKGROUP: u32 = 64;
+
+/// Formats that compute shaders write.
+pub(crate) const WRITTEN: [TextureFormat; 3] = [
+    TextureFormat::Rgba16Float,
+    TextureFormat::R32Float,
+    TextureFormat::Rgba32Uint,
+];
+
+/// Flags of wgpu by their names, since Bevy does not name their type, and what is missing without each.
+const CAPABILITIES: [(&str, &str); 4] = [
+    ("COMPUTE_SHADERS", "compute shaders"),
+    (
+        "FRAGMENT_WRITABLE_STORAGE",
+        "storage buffers that fragment shaders can write",
+    ),
+    (
+        "VERTEX_STORAGE",
+        "storage buffers that vertex shaders can read",
+    ),
+    ("INDIRECT_EXECUTION", "indirect dispatch"),
+];
+
+impl DeviceNeeds {
+    /// The first thing that is not there.
+    fn missing(&self, offer: &DeviceOffer) -> Option<String> {
+        let limits = &offer.limits;
+        [
+            (
+                limits.max_storage_buffers_per_shader_stage,
+                self.storage_buffers,
+                "storage buffers per shader stage",
+            ),
+            (
+                limits.max_storage_textures_per_shader_stage,
+                self.storage_textures,
+                "storage textures per shader stage",
+            ),
+            (
+                limits.max_texture_dimension_3d,
+                self.texture_3d,
+                "texels along a side of a 3D texture",
+            ),
+        ]
+        .into_iter()
+        .find(|(has, needs, _)| has < needs)
+        .map(|(has, needs, what)| format!("{needs} {what} (it has {has})"))
+    }
+}
+
+/// What a device has of that.
+#[derive(Clone, Debug)]
+struct DeviceOffer {
+    limits: WgpuLimits,
+    /// Names of wgpu's downlevel flags.
+    capabilities: Vec<&'static str>,
+    /// Those of [`WRITTEN`] that it can write.
+    written: Vec<TextureFormat>,
+}
+
+impl DeviceOffer {
+    fn new(device: &RenderDevice, adapter: &RenderAdapter) -> Self {
+        let flags = adapter.get_downlevel_capabilities().flags;
+        let features = device.features();
+        // As wgpu decides it: without that feature, a device has what WebGPU guarantees.
+        let own = features.contains(WgpuFeatures::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
+        let can_write = |format: &TextureFormat| {
+            let features = match own {
+                true => adapter.get_texture_format_features(*format),
+                false => format.guaranteed_format_features(features),
+            };
+            features
+                .allowed_usages
+                .contains(TextureUsages::STORAGE_BINDING)
+        };
+        Self {
+            limits: device.limits(),
+            capabilities: flags.iter_names().map(|(name, _)| name).collect(),
+            written: WRITTEN.into_iter().filter(can_write).collect(),
+        }
+    }
+
+    /// What is missing whose number does not matter.
+    fn lacks_capability(&self) -> Option<String> {
+        let flag = CAPABILITIES
+            .into_iter()
+            .find(|(flag, _)| !self.capabilities.contains(flag))
+            .map(|(_, what)| what.into());
+        let threads = self.limits.max_compute_invocations_per_workgroup;
+        let threads = (threads < WORKGROUP).then(|| format!("workgroups of {WORKGROUP} threads"));
+        let format = WRITTEN
+            .into_iter()
+            .find(|format| !self.written.contains(format))
+            .map(|format| format!("{format:?} storage textures"));
+        flag.or(threads).or(format)
+    }
+}
+
+/// Inspects the device. Called once, when there is one.
+pub(crate) fn detect(app: &mut App, techniques: &[(&'static str, DeviceNeeds)]) {
     let support = match app.get_sub_app(RenderApp) {
-        None => GiSupport::Unsupported(
-            "bevy_gi is off: the app has no renderer (RenderPlugin is missing, or no graphics \
-             adapter was found; on Linux install `mesa-vulkan-drivers`)"
+        None => GiSupport::without(
+            "the app has no renderer (RenderPlugin is missing, or no graphics adapter was found; \
+             on Linux install `mesa-vulkan-drivers`)"
                 .into(),
         ),
         Some(render_app) => match (
             render_app.world().get_resource::<RenderDevice>(),
             render_app.world().get_resource::<RenderAdapter>(),
         ) {
-            (Some(device), Some(adapter)) => match missing(device, adapter) {
-                Some(what) => GiSupport::Unsupported(format!(
-                    "bevy_gi is off: the adapter '{}' lacks {what}; a newer driver may have it, \
-                     and Vulkan, Metal or DX12 rather than OpenGL do",
-                    adapter.get_info().name
-                )),
-                None => GiSupport::Supported,
-            },
-            _ => GiSupport::Unsupported("bevy_gi is off: there is no graphics device".into()),
+            (Some(device), Some(adapter)) => {
+                let offer = DeviceOffer::new(device, adapter);
+                let name = adapter.get_info().name;
+                GiSupport::of(&offer, &name, techniques)
+            }
+            _ => GiSupport::without("there is no graphics device".into()),
         },
     };
-    if let GiSupport::Unsupported(why) = &support {
+    if let Some(why) = support.reason() {
         error!("{why}");
+    }
+    for (_, why) in &support.techniques {
+        warn!("{why}");
     }
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
         render_app.insert_resource(support.clone());
@@ -66,40 +237,109 @@ pub(crate) fn detect(app: &mut App) {
     app.insert_resource(support);
 }
 
-/// What the passes need beyond the least that WebGPU guarantees.
-fn missing(device: &RenderDevice, adapter: &RenderAdapter) -> Option<&'static str> {
-    let downlevel = adapter.get_downlevel_capabilities().flags;
-    let can = |flag: &str| downlevel.iter_names().any(|(name, _)| name == flag);
-    let limits = device.limits();
-    let storage = adapter
-        .get_texture_format_features(TextureFormat::Rgba16Float)
-        .allowed_usages
-        .contains(TextureUsages::STORAGE_BINDING);
-    [
-        (can("COMPUTE_SHADERS"), "compute shaders"),
+#[cfg(test)]
+mod tests {
+    use wgpu::DownlevelFlags;
+
+    use super::*;
+
+    /// Of two made-up techniques, one needs more than [`COMMON`] of each number.
+    const TECHNIQUES: [(&str, DeviceNeeds); 2] = [
         (
-            can("FRAGMENT_WRITABLE_STORAGE"),
-            "storage buffers that fragment shaders can write",
+            "Greedy",
+            DeviceNeeds {
+                storage_buffers: 8,
+                storage_textures: 4,
+                texture_3d: 1536,
+            },
         ),
-        (can("INDIRECT_EXECUTION"), "indirect dispatch"),
-        (storage, "Rgba16Float storage textures"),
-        (
-            limits.max_storage_buffers_per_shader_stage >= 8,
-            "8 storage buffers per shader stage",
-        ),
-        (
-            limits.max_storage_textures_per_shader_stage >= 4,
-            "4 storage textures per shader stage",
-        ),
-        (
-            limits.max_texture_dimension_3d >= 1024,
-            "3D textures of 1024 texels",
-        ),
-        (
-            limits.max_compute_invocations_per_workgroup >= 256,
-            "workgroups of 256 threads",
-        ),
-    ]
-    .into_iter()
-    .find_map(|(there, what)| (!there).then_some(what))
+        ("Modest", COMMON),
+    ];
+
+    /// A device with everything, and these limits.
+    fn offer(limits: WgpuLimits) -> DeviceOffer {
+        DeviceOffer {
+            limits,
+            capabilities: DownlevelFlags::all()
+                .iter_names()
+                .map(|(name, _)| name)
+                .collect(),
+            written: WRITTEN.into(),
+        }
+    }
+
+    fn support(offer: &DeviceOffer) -> GiSupport {
+        GiSupport::of(offer, "toaster", &TECHNIQUES)
+    }
+
+    /// All is off, and says so.
+    #[track_caller]
+    fn assert_off(offer: &DeviceOffer, what: &str) {
+        let support = support(offer);
+        assert!(!support.is_supported());
+        let why = support.reason().unwrap();
+        let says = ["bevy_gi is off", "toaster", what].map(|part| why.contains(part));
+        assert!(says.iter().all(|says| *says), "{what}: {why}");
+        for (title, _) in TECHNIQUES {
+            assert_eq!(support.reason_of(title), Some(why));
+        }
+    }
+
+    #[test]
+    fn what_webgpu_guarantees_is_enough() {
+        let support = support(&offer(WgpuLimits::defaults()));
+        assert_eq!(support, GiSupport::default());
+        assert!(support.is_supported());
+        assert_eq!(support.reason_of("Greedy"), None);
+    }
+
+    #[test]
+    fn what_all_techniques_need_turns_all_of_them_off() {
+        assert_off(
+            &offer(WgpuLimits::downlevel_defaults()),
+            "6 storage buffers per shader stage (it has 4)",
+        );
+        assert_off(
+            &offer(WgpuLimits::downlevel_webgl2_defaults()),
+            "workgroups of 64 threads",
+        );
+        for (flag, what) in CAPABILITIES {
+            let mut without = offer(WgpuLimits::defaults());
+            without.capabilities.retain(|name| *name != flag);
+            assert_off(&without, what);
+        }
+        for format in WRITTEN {
+            let mut without = offer(WgpuLimits::defaults());
+            without.written.retain(|written| *written != format);
+            assert_off(&without, &format!("{format:?} storage textures"));
+        }
+    }
+
+    #[test]
+    fn what_one_technique_needs_turns_that_one_off() {
+        let changes: [(fn(&mut WgpuLimits), &str); 3] = [
+            (
+                |limits| limits.max_storage_buffers_per_shader_stage = 7,
+                "8 storage buffers per shader stage (it has 7)",
+            ),
+            (
+                |limits| limits.max_storage_textures_per_shader_stage = 3,
+                "4 storage textures per shader stage (it has 3)",
+            ),
+            (
+                |limits| limits.max_texture_dimension_3d = 1024,
+                "1536 texels along a side of a 3D texture (it has 1024)",
+            ),
+        ];
+        for (change, what) in changes {
+            let mut limits = WgpuLimits::defaults();
+            change(&mut limits);
+            let support = support(&offer(limits));
+            assert!(support.is_supported() && support.reason().is_none());
+            let why = support.reason_of("Greedy").unwrap();
+            let says = ["Greedy is off", "toaster", what].map(|part| why.contains(part));
+            assert!(says.iter().all(|says| *says), "{what}: {why}");
+            assert_eq!(support.reason_of("Modest"), None);
+        }
+    }
 }

@@ -124,8 +124,17 @@ pub(super) fn show(world: &mut World, ui: &mut egui::Ui) {
 }
 
 fn warnings(world: &World, ui: &mut egui::Ui) {
-    if let Some(GiSupport::Unsupported(why)) = world.get_resource::<GiSupport>() {
-        ui.colored_label(ui.visuals().error_fg_color, why);
+    let support = world.resource::<GiSupport>();
+    let color = ui.visuals().error_fg_color;
+    match support.reason() {
+        Some(why) => {
+            ui.colored_label(color, why);
+        }
+        None => {
+            for why in GiTechnique::ALL.map(|technique| support.technique(technique)) {
+                why.map(|why| ui.colored_label(color, why));
+            }
+        }
     }
     let statistics = world.resource::<GiStatistics>();
     let warnings = statistics.warnings();

@@ -135,19 +135,16 @@ fn header(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
 }
 
 fn technique(world: &mut World, ui: &mut egui::Ui) {
-    let reason = match world.get_resource::<GiSupport>() {
-        Some(GiSupport::Unsupported(why)) => Some(why.clone()),
-        _ => None,
-    };
+    let support = world.resource::<GiSupport>();
     let settings = world.resource::<GiSettings>();
     let mut technique = settings.technique;
     ui.horizontal_wrapped(|ui| {
         ui.strong("Technique");
         for choice in GiTechnique::ALL {
-            let possible = choice == GiTechnique::Off || reason.is_none();
-            ui.add_enabled_ui(possible, |ui| {
+            let reason = support.technique(choice);
+            ui.add_enabled_ui(reason.is_none(), |ui| {
                 let button = ui.selectable_value(&mut technique, choice, choice.title());
-                if let Some(reason) = &reason {
+                if let Some(reason) = reason {
                     button.on_disabled_hover_text(reason);
                 }
             });

@@ -19,7 +19,7 @@ use bevy_egui::{EguiPlugin, egui};
 use super::{GiInspector, GiInspectorPlugin, Tab, cost, panel};
 use crate::{
     GiCascades, GiDebugSettings, GiHistory, GiLight, GiQuality, GiSettings, GiSettingsRegistry,
-    GiTechnique, GiView, GiVolume, ProbePin, VoxelConeTracingSettings, wgsl_tests,
+    GiSupport, GiTechnique, GiView, GiVolume, ProbePin, VoxelConeTracingSettings, wgsl_tests,
 };
 
 /// The panel's contents, with a pointer but without a window.
@@ -189,7 +189,8 @@ fn every_tab_can_be_shown() {
 #[test]
 fn technique_presets_and_views_are_chosen_by_a_click() {
     let mut panel = Panel::new(Tab::Settings);
-    panel.world().remove_resource::<crate::GiSupport>();
+    // As with a device that has everything.
+    panel.world().insert_resource(GiSupport::default());
     panel.click(GiTechnique::Off.title());
     assert_eq!(panel.get::<GiSettings>().technique, GiTechnique::Off);
     panel.click(GiTechnique::VoxelConeTracing.title());
@@ -206,6 +207,26 @@ fn technique_presets_and_views_are_chosen_by_a_click() {
     panel.click("Views");
     panel.click("voxel-albedo");
     assert_eq!(panel.get::<GiDebugSettings>().view, GiView::VoxelAlbedo);
+}
+
+/// It is there, greyed out, and says why on hover.
+#[test]
+fn a_technique_that_cannot_run_is_not_chosen() {
+    let mut panel = Panel::new(Tab::Views);
+    let title = GiTechnique::VoxelConeTracing.title();
+    let support = GiSupport::all_but(title, "the toaster is too small");
+    panel.world().insert_resource(support);
+    panel.click(GiTechnique::Off.title());
+    assert!(!panel.text().contains("toaster"));
+    panel.click(title);
+    assert_eq!(panel.get::<GiSettings>().technique, GiTechnique::Off);
+    assert!(panel.text().contains("toaster"), "the pointer is on it");
+    panel.click(GiTechnique::RadianceHints.title());
+    let hints = GiTechnique::RadianceHints;
+    assert_eq!(panel.get::<GiSettings>().technique, hints);
+    // Also among the warnings.
+    panel.click("Cost");
+    assert!(panel.text().contains("toaster"));
 }
 
 #[test]

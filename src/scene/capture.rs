@@ -47,7 +47,7 @@ use bevy::{
     transform::components::{GlobalTransform, Transform},
 };
 
-use crate::schedule::GiSystems;
+use crate::{gpu::caps::supported, schedule::GiSystems};
 
 /// How meshes are drawn from a kind of capture view.
 pub(crate) trait CaptureKind: Send + Sync + Sized + 'static {
@@ -327,7 +327,9 @@ where
             .add_render_command::<CapturePhase<K>, C>()
             .add_systems(
                 Render,
-                queue_captures::<K>.in_set(RenderSystems::QueueMeshes),
+                queue_captures::<K>
+                    .in_set(RenderSystems::QueueMeshes)
+                    .run_if(supported),
             );
     }
 }

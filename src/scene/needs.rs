@@ -17,6 +17,8 @@ pub(crate) struct SceneNeeds {
     pub rsm: bool,
     /// [`SceneProbes`](super::probes), which need voxels.
     pub probes: bool,
+    /// Most bytes of a probe that anybody keeps in one buffer: so many probes fit into it.
+    pub probe_bytes: u32,
 }
 
 impl SceneNeeds {
@@ -26,6 +28,7 @@ impl SceneNeeds {
         self.shadows |= other.shadows;
         self.rsm |= other.rsm;
         self.probes |= other.probes;
+        self.probe_bytes = self.probe_bytes.max(other.probe_bytes);
     }
 }
 

@@ -106,11 +106,14 @@ impl Clamped for GiVolume {
         c.float("extent.x", &mut self.extent.x, 0.01, 1e5).unit("m");
         c.float("extent.y", &mut self.extent.y, 0.01, 1e5).unit("m");
         c.float("extent.z", &mut self.extent.z, 0.01, 1e5).unit("m");
-        c.int("resolution", &mut self.resolution, 32, 512)
+        c.int("resolution", &mut self.resolution, 32, MAX_RESOLUTION)
             .unit("voxels");
         c.float("fade", &mut self.fade, 0.0, 0.5);
     }
 }
+
+/// Most voxels along a side of a volume.
+pub(crate) const MAX_RESOLUTION: u32 = 512;
 
 /// Voxels along the side of a brick, the unit of sparse storage.
 pub const BRICK: u32 = 4;

@@ -13,6 +13,8 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::gpu::caps::GiSupport;
+
 pub use clamp::FieldRange;
 pub(crate) use clamp::{Clamp, Clamped};
 pub use registry::{GiSettingsRegistry, SettingsEntry, SettingsValues};
@@ -56,6 +58,24 @@ impl GiTechnique {
     /// The technique of that [`name`](Self::name).
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|t| t.name() == name)
+    }
+}
+
+impl GiSupport {
+    /// One sentence where this technique cannot run: what is missing; `None` where it can.
+    pub fn technique(&self, technique: GiTechnique) -> Option<&str> {
+        match technique {
+            GiTechnique::Off => None,
+            _ => self.reason_of(technique.title()),
+        }
+    }
+
+    /// What a camera with this technique shows: that, or [`GiTechnique::Off`] where it cannot run.
+    pub fn in_force(&self, technique: GiTechnique) -> GiTechnique {
+        match self.technique(technique) {
+            Some(_) => GiTechnique::Off,
+            None => technique,
+        }
     }
 }
 

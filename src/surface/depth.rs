@@ -61,7 +61,10 @@ impl Plugin for CameraDepthPlugin {
             return;
         };
         render_app
-            .add_systems(RenderStartup, init.after(init_surface_layout))
+            .add_systems(
+                RenderStartup,
+                init.after(init_surface_layout).run_if(supported),
+            )
             .add_systems(
                 Render,
                 (
@@ -125,7 +128,8 @@ fn init(
             &device,
             "surface/depth_camera",
             WORDS,
-            BufferUsages::empty(),
+            // Written here, read as a uniform.
+            BufferUsages::UNIFORM,
         ),
         size: UVec2::ONE,
         pass: ComputePass::new(

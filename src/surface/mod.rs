@@ -19,11 +19,7 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use crate::{
-    camera::ExtractedGiCamera,
-    gpu::caps::supported,
-    settings::{GiSettings, GiTechnique},
-};
+use crate::{camera::ExtractedGiCamera, gpu::caps::supported, settings::GiTechnique};
 
 /// Layout of group 0; `surface.wgsl` is its twin.
 #[derive(Resource)]
@@ -81,7 +77,6 @@ pub(crate) fn prepare_surfaces(
         &ExtractedCamera,
         Option<&ViewPrepassTextures>,
     )>,
-    settings: Res<GiSettings>,
     layout: Option<Res<SurfaceLayout>>,
     uniforms: Res<ViewUniforms>,
     cache: Res<PipelineCache>,
@@ -91,7 +86,7 @@ pub(crate) fn prepare_surfaces(
         return;
     };
     for (entity, gi, camera, textures) in &views {
-        let technique = gi.active_technique(&settings);
+        let technique = gi.technique;
         let prepass = textures.and_then(|t| {
             Some((
                 t.depth_view()?,

@@ -25,12 +25,16 @@ pub mod vct;
 
 use bevy::{
     asset::{AssetServer, Handle},
-    ecs::component::Component,
+    ecs::prelude::*,
     render::render_resource::{BindGroup, BindGroupLayoutDescriptor},
     shader::{Shader, ShaderDefVal},
 };
 
-use crate::{scene::needs::SceneNeeds, settings::GiTechnique};
+use crate::{
+    gpu::caps::{DeviceNeeds, GiSupport},
+    scene::needs::SceneNeeds,
+    settings::GiTechnique,
+};
 
 /// What every technique provides.
 pub(crate) trait Technique: Send + Sync + 'static {
@@ -46,6 +50,8 @@ pub(crate) trait Technique: Send + Sync + 'static {
     const EXPORT_ENTRY: &'static str;
     /// What it reads of the scene's capture; nothing else is captured for it.
     const NEEDS: SceneNeeds;
+    /// What it needs of the device beyond what all techniques do.
+    const DEVICE: DeviceNeeds;
     /// Its cache, on the volume's entity in the render world.
     type Cache: Component + TechniqueCache;
 
@@ -55,6 +61,11 @@ pub(crate) trait Technique: Send + Sync + 'static {
     fn gather_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>);
     /// The export shader and its definitions.
     fn export_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>);
+}
+
+/// Run condition of all that is a technique's own: whether the device has what it needs.
+pub(crate) fn possible<T: Technique>(support: Option<Res<GiSupport>>) -> bool {
+    support.is_some_and(|support| support.technique(T::TECHNIQUE).is_none())
 }
 
 /// On a volume's entity in the render world while its cache still changes: what cameras remember of

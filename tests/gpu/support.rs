@@ -13,6 +13,7 @@ use bevy::{
             TextureFormat, binding_types::storage_buffer_sized,
         },
         renderer::{RenderDevice, RenderQueue},
+        settings::WgpuSettings,
     },
 };
 use bevy_gi::{
@@ -38,7 +39,12 @@ pub const UNIT_EV100: f32 = -0.263_034;
 
 /// A headless app with the plugin, no ambient light, and emission in nits.
 pub fn app() -> Headless {
-    Headless::new(|app| {
+    app_on(WgpuSettings::default())
+}
+
+/// The same on a device of that making.
+pub fn app_on(device: WgpuSettings) -> Headless {
+    Headless::on(device, |app| {
         app.add_plugins(GiPlugins)
             .insert_resource(ClearColor(Color::BLACK))
             .insert_resource(GlobalAmbientLight::NONE)

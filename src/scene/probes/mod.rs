@@ -29,6 +29,7 @@ mod types;
 pub(crate) use node::{cache_entries, shader_defs};
 pub use prepare::SceneProbes;
 pub(crate) use prepare::{LookAgain, prepare_probes};
+pub(crate) use set::MAX_PROBES;
 pub use set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
 pub(crate) use types::GpuProbes;
 
@@ -59,7 +60,7 @@ impl Plugin for ProbesPlugin {
             return;
         };
         render_app
-            .add_systems(RenderStartup, node::init_probe_pipelines)
+            .add_systems(RenderStartup, node::init_probe_pipelines.run_if(supported))
             .add_systems(ExtractSchedule, prepare::extract_sets)
             .add_systems(
                 Render,

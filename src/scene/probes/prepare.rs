@@ -2,6 +2,7 @@
 
 use bevy::{
     ecs::prelude::*,
+    log::warn,
     math::{UVec3, Vec3, Vec4, bounding::BoundingVolume},
     render::{
         Extract,
@@ -44,12 +45,21 @@ pub(crate) struct ExtractedProbeSet {
 }
 
 impl ExtractedProbeSet {
-    fn lattice(&self, grid: &Grid) -> Lattice {
-        let all = match self.moves {
-            true => Lattice::moving(&self.set, grid),
-            false => Lattice::new(&self.set, grid),
+    /// The lattice in a volume's grid: as fine as the set wants it, or as `most` probes allow.
+    fn lattice(&self, grid: &Grid, most: u64) -> Lattice {
+        let with = |resolution| {
+            let set = self.set.with_resolution(resolution);
+            let all = match self.moves {
+                true => Lattice::moving(&set, grid),
+                false => Lattice::new(&set, grid),
+            };
+            self.around.map_or(all, |(min, max)| all.around(min, max))
         };
-        self.around.map_or(all, |(min, max)| all.around(min, max))
+        (1..=self.set.resolution)
+            .rev()
+            .map(with)
+            .find(|lattice| u64::from(lattice.count()) <= most)
+            .unwrap_or_else(|| with(1))
     }
 }
 
@@ -251,6 +261,10 @@ pub(crate) fn prepare_probes(
 ) {
     let Some(pipelines) = pipelines else { return };
     let ready = pipelines.ready(&cache);
+    let limits = device.limits();
+    let largest = limits
+        .max_storage_buffer_binding_size
+        .min(limits.max_buffer_size);
     let mut count = 0;
     for (entity, volume, set, voxels, probes, again) in &mut volumes {
         let Some(voxels) = voxels.filter(|_| needs.probes) else {
@@ -258,7 +272,9 @@ pub(crate) fn prepare_probes(
             commands.entity(entity).remove::<SceneProbes>();
             continue;
         };
-        let lattice = set.lattice(&voxels.grid);
+        let hits = 8 * set.set.ray_side().pow(2);
+        let most = largest / u64::from(needs.probe_bytes.max(hits));
+        let lattice = set.lattice(&voxels.grid, most);
         let ExtractedProbeSet { set, pins, .. } = set;
         let set = *set;
         let Some(mut probes) = probes else {
@@ -272,6 +288,16 @@ pub(crate) fn prepare_probes(
         let same = (probes.set.rays, probes.lattice.dims) == (set.rays, lattice.dims);
         if !same {
             *probes = SceneProbes::new(set, lattice, &device, &statistics);
+            let size = voxels.grid.size().max_element();
+            if lattice.cell > 1.001 * size / set.resolution as f32 {
+                let warning = format!(
+                    "{} probes along a volume are too many for a buffer of this device: there are {:.0}",
+                    set.resolution,
+                    size / lattice.cell
+                );
+                warn!("{warning}");
+                statistics.warn(vec![warning]);
+            }
         }
         let moved = (probes.set, probes.lattice, &probes.pins) != (set, lattice, pins);
         let captured = probes.version != voxels.version || moved;

@@ -13,6 +13,10 @@ use crate::{
     settings::{Clamp, Clamped, FieldRange},
 };
 
+/// Most probes along a side of a volume: the highest [`ProbeSet::resolution`], and one more where it moves.
+pub(crate) const MAX_PROBES: u32 = MAX_RESOLUTION + 1;
+const MAX_RESOLUTION: u32 = 64;
+
 /// Which cells of a volume's lattice have a probe.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
@@ -103,7 +107,7 @@ impl ProbeSet {
 
 impl Clamped for ProbeSet {
     fn clamp(&mut self, c: &mut Clamp) {
-        c.int("resolution", &mut self.resolution, 4, 64)
+        c.int("resolution", &mut self.resolution, 4, MAX_RESOLUTION)
             .unit("probes");
         c.int("rays", &mut self.rays, 36, 256);
         c.float("bias", &mut self.bias, 0.0, 1.0);

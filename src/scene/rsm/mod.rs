@@ -80,7 +80,10 @@ impl Plugin for RsmPlugin {
         };
         render_app
             .init_resource::<SceneRsm>()
-            .add_systems(RenderStartup, node::init_rsm.after(init_scene_layout))
+            .add_systems(
+                RenderStartup,
+                node::init_rsm.after(init_scene_layout).run_if(supported),
+            )
             .add_systems(
                 ExtractSchedule,
                 capture::extract_rsm_views

@@ -75,7 +75,7 @@ impl Plugin for VoxelsPlugin {
         };
         render_app
             .init_resource::<SpecializedMeshPipelinesOf>()
-            .add_systems(RenderStartup, node::init_voxel_pipelines)
+            .add_systems(RenderStartup, node::init_voxel_pipelines.run_if(supported))
             .add_systems(
                 ExtractSchedule,
                 prepare::extract_voxel_views.after(super::needs::NeedsKnown),

@@ -13,6 +13,7 @@ use bevy::{
 };
 
 use super::{
+    RadianceHints,
     node::{cache_layout, shader_defs},
     prepare::{HintsCache, prepare_hints},
     types::{GpuHintsView, GpuPicked, slots_of},
@@ -30,7 +31,7 @@ use crate::{
         rsm::{SceneRsm, rsm_layout},
         voxels::SceneVoxels,
     },
-    technique::TechniqueCache,
+    technique::{TechniqueCache, possible},
 };
 
 const NAME: &str = "gi/hints/show_hints";
@@ -85,7 +86,12 @@ impl Plugin for HintsViewPlugin {
             return;
         };
         render_app
-            .add_systems(RenderStartup, init_view.after(init_scene_layout))
+            .add_systems(
+                RenderStartup,
+                init_view
+                    .after(init_scene_layout)
+                    .run_if(possible::<RadianceHints>),
+            )
             .add_systems(
                 Render,
                 show_hints

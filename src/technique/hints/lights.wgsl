@@ -12,15 +12,14 @@
 #import bevy_gi::technique::hints::accumulate::{asleep, blend_slot}
 #import bevy_gi::technique::hints::bindings::hints
 #import bevy_gi::technique::hints::disk::{disk_center, disk_sample, flux_to_share, map_samples}
+#import bevy_gi::technique::hints::slots::store_distances
 #import bevy_gi::technique::hints::types::SLOT_LIGHTS
 
 const PI: f32 = 3.14159265359;
 
-// Distances of the nearest and the farthest sample of each hint, over the reach.
-@group(0) @binding(5) var<storage, read_write> distances: array<vec2<f32>>;
 // What the camera saw in the last frame.
 @group(0) @binding(6) var camera_depth: texture_2d<f32>;
-@group(0) @binding(7) var<storage, read> camera: CameraDepth;
+@group(0) @binding(7) var<uniform> camera: CameraDepth;
 
 // A small patch of surface that sends light on.
 struct Patch {
@@ -181,8 +180,9 @@ fn gather_lights(@builtin(global_invocation_id) id: vec3<u32>) {
             add_disks(&gathered, p, offset.w, id.x);
         }
     }
-    distances[id.x] = vec2(gathered.nearest, max(gathered.nearest, gathered.farthest));
     // A pointer to a part of a variable is no argument.
     var light = gathered.light;
     blend_slot(SLOT_LIGHTS, id.x, &light, hints.blend_lights);
+    let distances = vec2(gathered.nearest, max(gathered.nearest, gathered.farthest));
+    store_distances(distances, id.x, hints.coefficients, probe_count(probes.dims));
 }

@@ -60,17 +60,19 @@ use bevy::{
     asset::{AssetServer, Handle, embedded_asset, load_embedded_asset},
     ecs::prelude::*,
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
         render_resource::BindGroupLayoutDescriptor, renderer::RenderGraph,
     },
     shader::{Shader, ShaderDefVal, load_shader_library},
 };
 
-use super::Technique;
+use super::{Technique, possible};
 use crate::{
-    gpu::caps::supported,
+    gpu::caps::DeviceNeeds,
     scene::{
-        bind_group::init_scene_layout, needs::SceneNeeds, probes::prepare_probes,
+        bind_group::init_scene_layout,
+        needs::{NeedsKnown, SceneNeeds},
+        probes::{MAX_PROBES, prepare_probes},
         rsm::prepare_bind_groups,
     },
     schedule::GiSystems,
@@ -91,6 +93,13 @@ impl Technique for RadianceHints {
         shadows: false,
         rsm: true,
         probes: true,
+        // Up to the settings: `extract_probe_bytes`.
+        probe_bytes: 0,
+    };
+    const DEVICE: DeviceNeeds = DeviceNeeds {
+        storage_buffers: 8,
+        storage_textures: 2,
+        texture_3d: MAX_PROBES * types::blocks(ShOrder::Three),
     };
     type Cache = HintsCache;
 
@@ -142,7 +151,13 @@ impl Plugin for RadianceHintsPlugin {
         render_app
             .add_systems(
                 RenderStartup,
-                node::init_hints_pipelines.after(init_scene_layout),
+                node::init_hints_pipelines
+                    .after(init_scene_layout)
+                    .run_if(possible::<RadianceHints>),
+            )
+            .add_systems(
+                ExtractSchedule,
+                prepare::extract_probe_bytes.in_set(NeedsKnown),
             )
             .add_systems(
                 Render,
@@ -150,7 +165,7 @@ impl Plugin for RadianceHintsPlugin {
                     .in_set(RenderSystems::PrepareBindGroups)
                     .after(prepare_probes)
                     .after(prepare_bind_groups)
-                    .run_if(supported),
+                    .run_if(possible::<RadianceHints>),
             )
             .add_systems(
                 RenderGraph,

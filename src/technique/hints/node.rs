@@ -109,12 +109,11 @@ pub(crate) fn init_hints_pipelines(
                 (0, read()),
                 (1, read()),
                 (4, write()),
-                (5, write()),
                 (
                     6,
                     texture_2d(TextureSampleType::Float { filterable: false }),
                 ),
-                (7, read()),
+                (7, uniform_buffer_sized(false, None)),
             ),
         ),
     );
@@ -154,7 +153,6 @@ pub(crate) fn init_hints_pipelines(
                 (0, uniform_buffer::<GpuStage>(false)),
                 (1, target),
                 (4, write()),
-                (5, read()),
                 (6, read()),
             ),
         ),

@@ -4,6 +4,7 @@ use bevy::{
     ecs::prelude::*,
     math::{IVec3, Mat4, UVec3},
     render::{
+        Extract,
         render_resource::*,
         renderer::{RenderDevice, RenderQueue},
     },
@@ -13,7 +14,8 @@ use super::{
     node::HintsPipelines,
     settings::{HintBounce, HintOcclusion, HintSampling, RadianceHintsSettings},
     types::{
-        GpuCarry, GpuHints, GpuStage, SLOT_BOUNCES, SLOT_EMISSION, SLOT_LIGHTS, SLOT_SKY, slots_of,
+        GpuCarry, GpuHints, GpuStage, SLOT_BOUNCES, SLOT_EMISSION, SLOT_LIGHTS, SLOT_SKY, blocks,
+        slots_of,
     },
 };
 use crate::{
@@ -22,6 +24,7 @@ use crate::{
     gpu::statistics::{GiStatistics, Tracked},
     scene::{
         bind_group::LightingVersion,
+        needs::SceneNeeds,
         probes::{GpuProbes, LookAgain, SceneProbes},
         rsm::SceneRsm,
         volume::ExtractedVolume,
@@ -94,10 +97,8 @@ pub struct HintsCache {
     capacity: u32,
     coefficients: u32,
     pub(super) slots: u32,
-    /// Of each slot: coefficients of radiance in nits at each hint.
+    /// Of each slot: coefficients of radiance in nits at each hint; in the fourth components, what `slots.wgsl` says.
     pub(super) slot_light: Tracked<Buffer>,
-    /// Of each hint: distances of the nearest and the farthest of what lights it, over the reach.
-    distances: Tracked<Buffer>,
     /// Of each hint: mean albedo of the surfaces around it.
     albedos: Tracked<Buffer>,
     /// The sum that is looked up.
@@ -192,7 +193,7 @@ pub(crate) fn prepare_hints(
 ) {
     let wanted = cameras
         .iter()
-        .any(|camera| camera.active_technique(&gi) == GiTechnique::RadianceHints);
+        .any(|camera| camera.technique == GiTechnique::RadianceHints);
     let Some(mut camera) = camera else { return };
     camera.wanted = wanted && settings.occlusion == HintOcclusion::CameraDepth;
     let ready = pipelines.ready(&cache);
@@ -261,6 +262,15 @@ pub(crate) fn prepare_hints(
     }
 }
 
+/// Says how much light a hint holds, of all slots.
+pub(super) fn extract_probe_bytes(
+    settings: Extract<Res<RadianceHintsSettings>>,
+    mut needs: ResMut<SceneNeeds>,
+) {
+    let bytes = 16 * settings.order.coefficients() * slot_count(&settings);
+    needs.probe_bytes = needs.probe_bytes.max(bytes);
+}
+
 /// Slots that the settings need.
 fn slot_count(settings: &RadianceHintsSettings) -> u32 {
     SLOT_BOUNCES + settings.bounces.saturating_sub(1)
@@ -298,14 +308,12 @@ impl HintsCache {
         let dims = probes.dims();
         let coefficients = settings.order.coefficients();
         let slots = slot_count(settings);
-        // And one of distances, one of albedos.
-        let blocks = (3 * coefficients).div_ceil(4) + 2;
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("gi/hints/coefficients"),
             size: Extent3d {
                 width: dims.x,
                 height: dims.y,
-                depth_or_array_layers: dims.z * blocks,
+                depth_or_array_layers: dims.z * blocks(settings.order),
             },
             mip_level_count: 1,
             sample_count: 1,
@@ -326,7 +334,6 @@ impl HintsCache {
             slots,
             slot_light: buffer("hints/slots", lights * u64::from(slots)),
             texture: texture.map(|t| t.create_view(&TextureViewDescriptor::default())),
-            distances: buffer("hints/distances", 2 * u64::from(probes.lattice.count())),
             albedos: buffer("hints/albedos", 4 * u64::from(probes.lattice.count())),
             reflected: buffer("hints/voxel_reflected", 2 * voxel_count),
             content: None,
@@ -480,7 +487,6 @@ impl HintsCache {
                     (0, &stage(0, mask, gains)),
                     (1, &*self.texture),
                     (4, self.slot_light.as_entire_binding()),
-                    (5, self.distances.as_entire_binding()),
                     (6, self.albedos.as_entire_binding()),
                 )),
             )
@@ -558,7 +564,6 @@ impl HintsCache {
                     (0, voxels.brick_map().as_entire_binding()),
                     (1, voxels.occupancy.as_entire_binding()),
                     (4, self.slot_light.as_entire_binding()),
-                    (5, self.distances.as_entire_binding()),
                     (6, &*camera.texture),
                     (7, camera.camera.as_entire_binding()),
                 )),

@@ -2,13 +2,12 @@
 
 #import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::scene::probes::types::{probe_count, probe_index}
-#import bevy_gi::technique::hints::slots::{slot_index, slots}
+#import bevy_gi::technique::hints::slots::{load_distances, slot_index, slots}
 #import bevy_gi::technique::hints::types::{SLOT_BOUNCES, SLOT_LIGHTS, Stage}
 
 @group(0) @binding(0) var<uniform> stage: Stage;
 @group(0) @binding(1) var target_: texture_storage_3d<rgba16float, write>;
 // 4 is `bevy_gi::technique::hints::slots`.
-@group(0) @binding(5) var<storage, read> distances: array<vec2<f32>>;
 @group(0) @binding(6) var<storage, read> albedos: array<vec4<f32>>;
 
 // One thread a hint.
@@ -40,9 +39,10 @@ fn sum_slots(@builtin(global_invocation_id) id: vec3<u32>) {
         store(id, 6u, vec4(sum[8], 0.0));
     }
     // Without lamps nothing is known.
-    let distance = select(vec2(0.0, 1.0), distances[probe], distances[probe].y > 0.0);
+    let distances = load_distances(probe, stage.coefficients, count);
+    let known = select(vec2(0.0, 1.0), distances, distances.y > 0.0);
     let last = select(3u, 7u, stage.coefficients > 4u);
-    store(id, last, vec4(distance, 0.0, 0.0));
+    store(id, last, vec4(known, 0.0, 0.0));
     store(id, last + 1u, albedos[probe]);
 }
 

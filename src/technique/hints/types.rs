@@ -6,7 +6,7 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::settings::{HintBounce, HintOcclusion, HintReconstruction, HintSampling};
+use super::settings::{HintBounce, HintOcclusion, HintReconstruction, HintSampling, ShOrder};
 use crate::debug::HintView;
 
 /// Light of lamps that bounced once, from the virtual point lights.
@@ -18,6 +18,12 @@ pub const SLOT_SKY: u32 = 2;
 /// Here and in the slots that follow: light that bounced once more than that of the slot before; in this one,
 /// than that of all three above.
 pub const SLOT_BOUNCES: u32 = 3;
+
+/// Texels along z of the texture that is looked up, for each hint: coefficients, four in a texel, distances, and the
+/// albedo.
+pub const fn blocks(order: ShOrder) -> u32 {
+    (3 * order.coefficients()).div_ceil(4) + 2
+}
 
 /// The slots whose light a view shows, a bit each, of `slots`; `None` if it shows no light.
 pub fn slots_of(view: HintView, slots: u32) -> Option<u32> {

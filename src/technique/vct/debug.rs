@@ -13,7 +13,7 @@ use bevy::{
     },
 };
 
-use super::{node, prepare::VctCache};
+use super::{VoxelConeTracing, node, prepare::VctCache};
 use crate::{
     debug::{
         GiDebugSettings, Painter,
@@ -21,7 +21,7 @@ use crate::{
     },
     gpu::fullscreen::FullscreenPass,
     scene::bind_group::SceneBindGroup,
-    technique::TechniqueCache,
+    technique::{TechniqueCache, possible},
 };
 
 const NAME: &str = "gi/vct/show_cells";
@@ -42,7 +42,12 @@ impl Plugin for CellsViewPlugin {
             return;
         };
         render_app
-            .add_systems(RenderStartup, init_view.after(init_voxel_view))
+            .add_systems(
+                RenderStartup,
+                init_view
+                    .after(init_voxel_view)
+                    .run_if(possible::<VoxelConeTracing>),
+            )
             .add_systems(
                 Render,
                 show_cells.in_set(RenderSystems::PrepareBindGroups).run_if(

@@ -55,10 +55,10 @@ use bevy::{
     shader::{Shader, ShaderDefVal, load_shader_library},
 };
 
-use super::Technique;
+use super::{Technique, possible};
 use crate::{
-    gpu::caps::supported,
-    scene::{bind_group::init_scene_layout, needs::SceneNeeds},
+    gpu::caps::DeviceNeeds,
+    scene::{bind_group::init_scene_layout, needs::SceneNeeds, volume::MAX_RESOLUTION},
     schedule::GiSystems,
     settings::{GiTechnique, SettingsResourcePlugin},
 };
@@ -77,6 +77,12 @@ impl Technique for VoxelConeTracing {
         shadows: true,
         rsm: false,
         probes: false,
+        probe_bytes: 0,
+    };
+    const DEVICE: DeviceNeeds = DeviceNeeds {
+        storage_buffers: 8,
+        storage_textures: 2,
+        texture_3d: MAX_RESOLUTION / 2 * types::DIRECTIONS,
     };
     type Cache = VctCache;
 
@@ -120,13 +126,15 @@ impl Plugin for VoxelConeTracingPlugin {
         render_app
             .add_systems(
                 RenderStartup,
-                node::init_vct_pipelines.after(init_scene_layout),
+                node::init_vct_pipelines
+                    .after(init_scene_layout)
+                    .run_if(possible::<VoxelConeTracing>),
             )
             .add_systems(
                 Render,
                 prepare::prepare_vct
                     .in_set(RenderSystems::PrepareBindGroups)
-                    .run_if(supported),
+                    .run_if(possible::<VoxelConeTracing>),
             )
             .add_systems(
                 RenderGraph,

@@ -22,7 +22,7 @@ use crate::{
         volume::{ExtractedVolume, Grid},
         voxels::{BRICK_VOXELS, SLICES, SceneVoxels},
     },
-    settings::{GiHistory, GiSettings, GiTechnique},
+    settings::{GiHistory, GiTechnique},
     technique::{Settling, TechniqueCache},
 };
 
@@ -96,7 +96,6 @@ pub(crate) fn prepare_vct(
     mut commands: Commands,
     mut volumes: Query<VolumeData, With<ExtractedVolume>>,
     cameras: Query<&ExtractedGiCamera>,
-    gi: Res<GiSettings>,
     settings: Res<VoxelConeTracingSettings>,
     history: Res<GiHistory>,
     lighting: Res<LightingVersion>,
@@ -108,7 +107,7 @@ pub(crate) fn prepare_vct(
 ) {
     let wanted = cameras
         .iter()
-        .any(|camera| camera.active_technique(&gi) == GiTechnique::VoxelConeTracing);
+        .any(|camera| camera.technique == GiTechnique::VoxelConeTracing);
     let ready = pipelines.ready(&cache);
     for (entity, voxels, vct) in &mut volumes {
         let Some(voxels) = voxels.filter(|_| wanted) else {

@@ -1,0 +1,473 @@
+//! The whole app on devices that do nothing: wgpu holds every layout, pipeline and resource against the limits of
+//! such a device, without a GPU.
+
+use std::{
+    collections::BTreeSet,
+    path::Path,
+    sync::{Arc, Mutex},
+};
+
+use bevy::{
+    camera::RenderTarget,
+    mesh::{
+        VertexAttributeValues,
+        morph::{MeshMorphWeights, MorphAttributes},
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    },
+};
+use bevy::{
+    pbr::{Material, MaterialPlugin},
+    prelude::*,
+    render::{
+        RenderApp, RenderPlugin,
+        pipelined_rendering::PipelinedRenderingPlugin,
+        render_resource::{
+            AsBindGroup, BindGroupLayoutDescriptor, BindingType, BufferBindingType, CachedPipeline,
+            CachedPipelineState, PipelineCache, PipelineDescriptor, ShaderStages, TextureFormat,
+        },
+        renderer::{
+            RenderAdapter, RenderAdapterInfo, RenderDevice, RenderInstance, RenderQueue,
+            WgpuWrapper,
+        },
+        settings::{RenderCreation, WgpuLimits},
+    },
+    tasks::block_on,
+    window::ExitCondition,
+    winit::WinitPlugin,
+};
+
+use crate::{
+    GiSupport,
+    camera::ExtractedGiCamera,
+    gpu::caps::{COMMON, DeviceNeeds, WRITTEN},
+    prelude::*,
+    technique::{Technique, hints::RadianceHints, vct::VoxelConeTracing},
+    wgsl_tests,
+};
+
+/// An app with all of Bevy and of this crate, on a device that does nothing.
+struct Idle {
+    app: App,
+    /// What wgpu finds wrong.
+    errors: Arc<Mutex<Vec<String>>>,
+}
+
+/// A material that nothing is known of.
+#[derive(Asset, AsBindGroup, TypePath, Clone)]
+struct Unknown {}
+
+impl Material for Unknown {}
+
+/// A device with these limits and no features, as Bevy would make it (`bevy_render::renderer::initialize_renderer`).
+fn device(required_limits: WgpuLimits) -> RenderCreation {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::NOOP,
+        backend_options: wgpu::BackendOptions {
+            noop: wgpu::NoopBackendOptions { enable: true },
+            ..Default::default()
+        },
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    });
+    let adapter = block_on(instance.request_adapter(&Default::default()));
+    let adapter = adapter.expect("there is an adapter that does nothing");
+    let device = block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        required_limits,
+        ..Default::default()
+    }));
+    let (device, queue) = device.expect("it has all limits");
+    RenderCreation::manual(
+        RenderDevice::from(device),
+        RenderQueue(Arc::new(WgpuWrapper::new(queue))),
+        RenderAdapterInfo(WgpuWrapper::new(adapter.get_info())),
+        RenderAdapter(Arc::new(WgpuWrapper::new(adapter))),
+        RenderInstance(Arc::new(WgpuWrapper::new(instance))),
+    )
+}
+
+impl Idle {
+    fn new(limits: WgpuLimits) -> Self {
+        let mut app = App::new();
+        app.add_plugins((
+            DefaultPlugins
+                .set(RenderPlugin {
+                    render_creation: device(limits),
+                    synchronous_pipeline_compilation: true,
+                    ..default()
+                })
+                .set(WindowPlugin {
+                    primary_window: None,
+                    exit_condition: ExitCondition::DontExit,
+                    ..default()
+                })
+                .disable::<WinitPlugin>()
+                .disable::<bevy::log::LogPlugin>()
+                .disable::<PipelinedRenderingPlugin>(),
+            MaterialPlugin::<Unknown>::default(),
+            GiPlugins,
+        ));
+        wgsl_tests::finish(&mut app);
+        let errors = Arc::new(Mutex::new(Vec::new()));
+        let sink = errors.clone();
+        // In the place of Bevy's, which keeps the first one and ends the app.
+        let device = app.world().resource::<RenderDevice>().wgpu_device();
+        device.on_uncaptured_error(Arc::new(move |error| {
+            sink.lock().unwrap().push(error.to_string());
+        }));
+        Self { app, errors }
+    }
+
+    fn add<A: Asset>(&mut self, asset: A) -> Handle<A> {
+        self.app.world_mut().resource_mut::<Assets<A>>().add(asset)
+    }
+
+    /// Something of each kind: meshes, one with a skin and one with a morph target, materials, lights, and a camera.
+    fn spawn_scene(&mut self, volume: impl Bundle) {
+        let plain = self.add(Mesh::from(Cuboid::default()));
+        let material = self.add(StandardMaterial::from(Color::WHITE));
+        let masked = self.add(StandardMaterial {
+            alpha_mode: AlphaMode::Mask(0.5),
+            ..default()
+        });
+        let unknown = self.add(Unknown {});
+
+        let mut skinned = Mesh::from(Cuboid::default());
+        let vertices = skinned.count_vertices();
+        skinned.insert_attribute(
+            Mesh::ATTRIBUTE_JOINT_INDEX,
+            VertexAttributeValues::Uint16x4(vec![[0; 4]; vertices]),
+        );
+        let weights = vec![[1.0, 0.0, 0.0, 0.0]; vertices];
+        skinned.insert_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, weights);
+        let mut both = skinned.clone();
+        both.set_morph_targets(vec![MorphAttributes::default(); vertices]);
+        let (skinned, both) = (self.add(skinned), self.add(both));
+        let inverse_bindposes = self.add(SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY]));
+        let target = Image::new_target_texture(64, 64, TextureFormat::Rgba8UnormSrgb, None);
+        let target = self.add(target);
+
+        let world = self.app.world_mut();
+        let joint = world.spawn(Transform::default()).id();
+        let skin = || SkinnedMesh {
+            inverse_bindposes: inverse_bindposes.clone(),
+            joints: vec![joint],
+        };
+        let lit = MeshMaterial3d(material);
+        world.spawn((Mesh3d(plain.clone()), lit.clone()));
+        world.spawn((Mesh3d(plain.clone()), MeshMaterial3d(masked)));
+        world.spawn((Mesh3d(plain), MeshMaterial3d(unknown)));
+        world.spawn((Mesh3d(skinned), lit.clone(), skin()));
+        let weights = MeshMorphWeights::Value { weights: vec![1.0] };
+        world.spawn((Mesh3d(both), lit, skin(), weights));
+        world.spawn(PointLight {
+            shadow_maps_enabled: true,
+            ..default()
+        });
+        world.spawn(DirectionalLight {
+            shadow_maps_enabled: true,
+            ..default()
+        });
+        world.spawn(SpotLight::default());
+        world.spawn(RectLight::default());
+        world.spawn((
+            Camera3d::default(),
+            GiCamera::default(),
+            RenderTarget::Image(target.into()),
+            Transform::from_xyz(0.0, 0.0, 4.0).looking_at(Vec3::ZERO, Vec3::Y),
+        ));
+        world.spawn(volume);
+    }
+
+    fn use_technique(&mut self, technique: GiTechnique) {
+        self.app.world_mut().resource_mut::<GiSettings>().technique = technique;
+    }
+
+    fn steps(&mut self, frames: usize) {
+        for _ in 0..frames {
+            self.app.update();
+        }
+    }
+
+    fn pipelines(&self) -> &PipelineCache {
+        let render_world = self.app.sub_app(RenderApp).world();
+        render_world.resource::<PipelineCache>()
+    }
+
+    /// Renders until no pipeline has been waiting for a while.
+    fn settle(&mut self) {
+        let mut calm = 0;
+        for _ in 0..5000 {
+            self.app.update();
+            let busy = self.pipelines().waiting_pipelines().next().is_some();
+            calm = if busy { 0 } else { calm + 1 };
+            if calm > 6 {
+                return;
+            }
+            // Shaders are loaded by other threads.
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        panic!("pipelines are not compiled");
+    }
+
+    /// Every pipeline of the crate.
+    fn own_pipelines(&self) -> impl Iterator<Item = (&str, &CachedPipeline)> {
+        let named = self.pipelines().pipelines().filter_map(|pipeline| {
+            let label = match &pipeline.descriptor {
+                PipelineDescriptor::RenderPipelineDescriptor(render) => &render.label,
+                PipelineDescriptor::ComputePipelineDescriptor(compute) => &compute.label,
+            };
+            Some((label.as_deref()?, pipeline))
+        });
+        named.filter(|(label, _)| label.starts_with("gi/"))
+    }
+
+    /// wgpu has found nothing wrong, and every pipeline is there.
+    #[track_caller]
+    fn assert_fine(&self) {
+        assert_eq!(*self.errors.lock().unwrap(), Vec::<String>::new());
+        for (label, pipeline) in self.own_pipelines() {
+            let state = &pipeline.state;
+            assert!(
+                matches!(state, CachedPipelineState::Ok(_)),
+                "{label}: {state:?}"
+            );
+        }
+    }
+
+    fn support(&self) -> &GiSupport {
+        self.app.world().resource()
+    }
+}
+
+/// The layouts of a pipeline.
+fn layouts(pipeline: &CachedPipeline) -> &[BindGroupLayoutDescriptor] {
+    match &pipeline.descriptor {
+        PipelineDescriptor::RenderPipelineDescriptor(render) => &render.layout,
+        PipelineDescriptor::ComputePipelineDescriptor(compute) => &compute.layout,
+    }
+}
+
+/// What a pipeline's layouts hold, in the stage that has most of each.
+fn counted(pipeline: &CachedPipeline) -> DeviceNeeds {
+    let most = |counts: fn(&BindingType) -> bool| {
+        let stages = [
+            ShaderStages::VERTEX,
+            ShaderStages::FRAGMENT,
+            ShaderStages::COMPUTE,
+        ];
+        let in_stage = |stage| {
+            let entries = layouts(pipeline).iter().flat_map(|layout| &layout.entries);
+            let counted = entries.filter(|e| e.visibility.contains(stage) && counts(&e.ty));
+            counted.count() as u32
+        };
+        stages.into_iter().map(in_stage).max().unwrap_or(0)
+    };
+    DeviceNeeds {
+        storage_buffers: most(|ty| {
+            matches!(
+                ty,
+                BindingType::Buffer {
+                    ty: BufferBindingType::Storage { .. },
+                    ..
+                }
+            )
+        }),
+        storage_textures: most(|ty| matches!(ty, BindingType::StorageTexture { .. })),
+        texture_3d: 0,
+    }
+}
+
+/// Shaders that a pipeline runs, as `path below src: entry point`; the stage stands for an entry point without a
+/// name.
+fn entry_points(pipeline: &CachedPipeline) -> Vec<String> {
+    let stages = match &pipeline.descriptor {
+        PipelineDescriptor::ComputePipelineDescriptor(compute) => {
+            vec![(&compute.shader, &compute.entry_point, "compute")]
+        }
+        PipelineDescriptor::RenderPipelineDescriptor(render) => {
+            let vertex = &render.vertex;
+            let fragment = render.fragment.iter();
+            let fragment = fragment.map(|f| (&f.shader, &f.entry_point, "fragment"));
+            let vertex = (&vertex.shader, &vertex.entry_point, "vertex");
+            std::iter::once(vertex).chain(fragment).collect()
+        }
+    };
+    let named = stages.into_iter().filter_map(|(shader, entry, stage)| {
+        let path = shader.path()?.path().strip_prefix("bevy_gi").ok()?;
+        let entry = entry.as_deref().unwrap_or(stage);
+        Some(format!("{}: {entry}", path.display()))
+    });
+    named.collect()
+}
+
+/// The same of every file below `src`.
+fn all_entry_points(folder: &Path, out: &mut BTreeSet<String>) {
+    for file in std::fs::read_dir(folder).unwrap() {
+        let path = file.unwrap().path();
+        if path.is_dir() {
+            all_entry_points(&path, out);
+            continue;
+        }
+        if path.extension().is_none_or(|extension| extension != "wgsl") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        let path = path.strip_prefix("src").unwrap().display();
+        let mut stage = false;
+        for line in text.lines() {
+            stage |= ["@compute", "@vertex", "@fragment"]
+                .iter()
+                .any(|attribute| line.starts_with(attribute));
+            if let Some(name) = line.strip_prefix("fn ").filter(|_| stage) {
+                let name = name.split('(').next().unwrap();
+                out.insert(format!("{path}: {name}"));
+                stage = false;
+            }
+        }
+    }
+}
+
+/// Every pipeline of the crate, with every technique and view, within what WebGPU guarantees; and devices are asked
+/// for what the layouts hold, not less and not more.
+#[test]
+fn everything_runs_within_the_limits_of_webgpu() {
+    let mut idle = Idle::new(WgpuLimits::defaults());
+    assert_eq!(*idle.support(), GiSupport::default());
+    idle.spawn_scene(GiVolume::new(Vec3::splat(4.0)).with_resolution(32));
+    idle.settle();
+    for technique in GiTechnique::ALL {
+        idle.use_technique(technique);
+        for view in GiView::ALL {
+            let world = idle.app.world_mut();
+            *world.resource_mut::<GiDebugSettings>() = GiDebugSettings {
+                view,
+                show_volumes: true,
+                show_probes: true,
+                show_vpls: true,
+                show_hints: true,
+                show_taps: true,
+                show_samples: true,
+                ..default()
+            };
+            idle.steps(3);
+        }
+        idle.settle();
+        idle.assert_fine();
+    }
+
+    let mut needs = [
+        ("gi/vct/", VoxelConeTracing::DEVICE),
+        ("gi/hints/", RadianceHints::DEVICE),
+        ("gi/", COMMON),
+    ]
+    .map(|(prefix, stated)| (prefix, stated, DeviceNeeds::default()));
+    let mut checked = BTreeSet::new();
+    for (label, pipeline) in idle.own_pipelines() {
+        checked.extend(entry_points(pipeline));
+        let has = counted(pipeline);
+        let (.., most) = needs
+            .iter_mut()
+            .find(|(prefix, ..)| label.starts_with(prefix))
+            .expect("all start with the last one");
+        most.storage_buffers = most.storage_buffers.max(has.storage_buffers);
+        most.storage_textures = most.storage_textures.max(has.storage_textures);
+        for entry in layouts(pipeline).iter().flat_map(|layout| &layout.entries) {
+            if let BindingType::StorageTexture { format, .. } = entry.ty {
+                assert!(WRITTEN.contains(&format), "{label} writes {format:?}");
+            }
+        }
+    }
+    for (prefix, stated, most) in needs {
+        let texture_3d = stated.texture_3d;
+        assert_eq!(stated, DeviceNeeds { texture_3d, ..most }, "{prefix}");
+    }
+    let mut all = BTreeSet::new();
+    all_entry_points(Path::new("src"), &mut all);
+    let left: Vec<_> = all.difference(&checked).collect();
+    assert!(left.is_empty(), "in no pipeline: {left:?}");
+    assert!(all.len() > 40, "only {} were found", all.len());
+}
+
+/// The largest settings make no buffer and no texture that WebGPU does not allow.
+#[test]
+fn the_largest_volume_fits_the_limits_of_webgpu() {
+    let mut idle = Idle::new(WgpuLimits::defaults());
+    let world = idle.app.world_mut();
+    world.resource_mut::<RadianceHintsSettings>().bounces = 6;
+    let probes = ProbeSet {
+        resolution: 64,
+        rays: 256,
+        ..default()
+    };
+    idle.spawn_scene((GiVolume::new(Vec3::splat(4.0)).with_resolution(512), probes));
+    for technique in [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints] {
+        idle.use_technique(technique);
+        idle.settle();
+        idle.assert_fine();
+    }
+    let counts = idle.app.world().resource::<crate::GiStatistics>().counts();
+    // 256 rays of 8 bytes in 128 MiB.
+    let count = counts["scene/probes"];
+    assert!((32_768..=65_536).contains(&count), "{count} probes");
+}
+
+/// A device lacks something for one technique only: no pipeline of that is made, and cameras with it show none.
+#[test]
+fn a_technique_that_the_device_cannot_run_is_off() {
+    let vct = GiTechnique::VoxelConeTracing;
+    let mut idle = Idle::new(WgpuLimits {
+        max_texture_dimension_3d: 1024,
+        ..WgpuLimits::defaults()
+    });
+    let why = idle.support().technique(vct).expect("it is too small");
+    assert!(why.contains("3D texture (it has 1024)"), "{why}");
+    assert!(idle.support().is_supported());
+    idle.spawn_scene(GiVolume::new(Vec3::splat(4.0)).with_resolution(32));
+    for (technique, in_force) in [
+        (vct, GiTechnique::Off),
+        (GiTechnique::RadianceHints, GiTechnique::RadianceHints),
+    ] {
+        idle.use_technique(technique);
+        idle.settle();
+        idle.assert_fine();
+        let render_world = idle.app.sub_app_mut(RenderApp).world_mut();
+        let mut cameras = render_world.query::<&ExtractedGiCamera>();
+        assert_eq!(cameras.single(render_world).unwrap().technique, in_force);
+    }
+    let has = |prefix: &str| {
+        idle.own_pipelines()
+            .any(|(label, _)| label.starts_with(prefix))
+    };
+    assert!(!has("gi/vct/") && has("gi/hints/gather"));
+}
+
+/// A device that lacks something for all of them makes no pipeline of the crate, whatever is asked for.
+#[test]
+fn nothing_is_made_where_nothing_can_run() {
+    let mut idle = Idle::new(WgpuLimits {
+        max_storage_buffers_per_shader_stage: 4,
+        ..WgpuLimits::defaults()
+    });
+    let why = idle.support().reason().expect("those are too few");
+    assert!(
+        why.contains("storage buffers per shader stage (it has 4)"),
+        "{why}"
+    );
+    idle.spawn_scene(GiVolume::default());
+    for view in [
+        GiView::Full,
+        GiView::VoxelAlbedo,
+        GiView::ShadowMaps,
+        GiView::RsmFlux,
+    ] {
+        *idle.app.world_mut().resource_mut::<GiDebugSettings>() = GiDebugSettings {
+            view,
+            show_probes: true,
+            show_vpls: true,
+            show_hints: true,
+            ..default()
+        };
+        idle.steps(3);
+    }
+    let made: Vec<_> = idle.own_pipelines().map(|(label, _)| label).collect();
+    assert!(made.is_empty(), "{made:?}");
+}
