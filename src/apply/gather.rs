@@ -28,6 +28,7 @@ use crate::{
     scene::{
         bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
         needs::{NeedsKnown, SceneNeeds},
+        units::LightUnits,
         volume::ExtractedVolume,
     },
     schedule::GiSystems,
@@ -64,14 +65,16 @@ pub(crate) struct GpuGather {
     with_sky: u32,
     /// Which of the boxes this pass is for.
     volume: u32,
+    /// Nits of a unit of the light that is written.
+    unit: f32,
     /// All volumes, finest first.
     boxes: [GpuBox; MAX_VOLUMES],
 }
 
 /// The indirect light of a camera, at gather resolution, in the render world.
 ///
-/// Two `Rgba16Float` textures: `E / pi` over `RADIANCE_SCALE` with the part of the pixel that some
-/// volume lights in alpha, and specular radiance likewise.
+/// Two `Rgba16Float` textures: `E / pi` in units of [`unit`](Self::unit) nits with the part of the pixel that
+/// some volume lights in alpha, and specular radiance likewise.
 #[derive(Component)]
 pub(crate) struct ViewIndirect {
     pub size: UVec2,
@@ -79,6 +82,8 @@ pub(crate) struct ViewIndirect {
     pub divisor: u32,
     /// Counts frames since the history was reset.
     pub frame: u32,
+    /// Nits of a unit.
+    pub unit: f32,
     epoch: u32,
     /// Diffuse and specular; volumes after the first read one pair and write the other.
     targets: [[Tracked<TextureView>; 2]; 2],
@@ -167,7 +172,7 @@ fn prepare_view_indirect(
     mut views: Query<(Entity, Option<&ViewSurface>, Option<&mut ViewIndirect>)>,
     volumes: Query<(Entity, &ExtractedVolume)>,
     settings: Res<GiSettings>,
-    history: Res<GiHistory>,
+    (history, units): (Res<GiHistory>, Res<LightUnits>),
     layout: Option<Res<GatherLayout>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
@@ -234,6 +239,7 @@ fn prepare_view_indirect(
                     frame,
                     with_sky: settings.replace_ambient.into(),
                     volume: i as u32,
+                    unit: units.light(),
                     boxes,
                 });
                 uniform.write_buffer(&device, &queue);
@@ -253,6 +259,7 @@ fn prepare_view_indirect(
             full_size: surface.size,
             divisor,
             frame,
+            unit: units.light(),
             epoch: history.epoch(),
             targets,
             passes,

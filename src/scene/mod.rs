@@ -19,6 +19,7 @@ pub(crate) mod capture;
 pub(crate) mod light_views;
 pub(crate) mod needs;
 pub(crate) mod sky;
+pub(crate) mod units;
 
 use bevy::{
     app::{App, Plugin},
@@ -37,6 +38,7 @@ impl Plugin for ScenePlugin {
             visibility::VisibilityPlugin,
             lights::LightsPlugin,
             sky::SkyPlugin,
+            units::UnitsPlugin,
             material::GiMaterialPlugin::<StandardMaterial>::default(),
             capture::CapturePlugin,
             shadows::ShadowsPlugin,

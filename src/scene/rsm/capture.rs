@@ -132,7 +132,11 @@ fn gpu_map(light: &SceneLight, number: usize, view: &MapView, size: u32) -> GpuR
     GpuRsmMap {
         clip_from_world,
         world_from_clip: clip_from_world.inverse(),
-        color: gpu.color,
+        // From afar, a rect light is one of an intensity: luminance times area.
+        color: match gpu.kind {
+            kind if kind == LightKind::Rect as u32 => gpu.color * gpu.area(),
+            _ => gpu.color,
+        },
         kind: gpu.kind,
         position: gpu.position,
         size,
@@ -142,9 +146,7 @@ fn gpu_map(light: &SceneLight, number: usize, view: &MapView, size: u32) -> GpuR
             _ => gpu.direction,
         },
         flux_scale: 4.0 * half_width * half_height / texels,
-        half_width: gpu.half_width,
         range: gpu.range,
-        half_height: gpu.half_height,
         cos_inner: gpu.cos_inner,
         cos_outer: gpu.cos_outer,
         drawn: 0,

@@ -10,7 +10,8 @@ use bevy::{
 pub struct GpuRsmMap {
     pub clip_from_world: Mat4,
     pub world_from_clip: Mat4,
-    /// Lux, candela or nits, as [`GpuLight::color`](crate::scene::lights::GpuLight::color) now.
+    /// As [`GpuLight::color`](crate::scene::lights::GpuLight::color) now, lux or candela; of a rect light times its
+    /// area, candela too.
     pub color: Vec3,
     /// A [`LightKind`](crate::scene::lights::LightKind).
     pub kind: u32,
@@ -23,11 +24,8 @@ pub struct GpuRsmMap {
     /// What stored flux is divided by, times [`color`](Self::color): lumens. For a directional light the
     /// area of a texel, for others the solid angle of one in the middle.
     pub flux_scale: f32,
-    /// As the light's.
-    pub half_width: Vec3,
+    /// As the light's, like the next two.
     pub range: f32,
-    /// As the light's.
-    pub half_height: Vec3,
     pub cos_inner: f32,
     pub cos_outer: f32,
     /// Whether it shows anything yet.
