@@ -158,5 +158,6 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
         case #{VIEW_COVERAGE}u: { color = vec3(light.coverage); }
         default: {}
     }
-    return vec4(color, 1.0);
+    // The target's half floats end there.
+    return vec4(min(color, vec3(65504.0)), 1.0);
 }
