@@ -205,7 +205,6 @@ fn shaders_are_valid_and_fit_the_limits_of_webgpu() {
     }
     common.extend(GiView::shader_defs());
     common.extend(apply::fog::shader_defs());
-    common.extend(apply::export::shader_defs());
 
     let mut passes = 0;
     for ((file, variants), handle) in VARIANTS.iter().zip(&handles) {

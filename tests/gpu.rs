@@ -36,6 +36,8 @@ mod quality;
 mod rooms;
 #[path = "gpu/rsm.rs"]
 mod rsm;
+#[path = "gpu/strength.rs"]
+mod strength;
 #[path = "gpu/support.rs"]
 mod support;
 #[path = "gpu/time.rs"]

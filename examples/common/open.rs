@@ -36,7 +36,7 @@ pub struct SceneOptions {
     #[arg(long, default_value_t = 10_000.0, value_parser = |text: &str| number(text, 0.0, 1e9))]
     pub lux: f32,
     /// Constant sky, nits.
-    #[arg(long, value_parser = |text: &str| number(text, 0.0, 1e6))]
+    #[arg(long, value_parser = |text: &str| number(text, 0.0, 1e12))]
     pub sky: Option<f32>,
     /// Exposure value at ISO 100.
     #[arg(long, value_parser = |text: &str| number(text, -20.0, 40.0))]

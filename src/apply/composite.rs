@@ -45,6 +45,8 @@ struct GpuComposite {
     ssao: u32,
     /// Frames in a full history.
     history_frames: u32,
+    /// Nits of a unit of the gathered light.
+    unit: f32,
     fog: GpuFog,
 }
 
@@ -197,6 +199,7 @@ fn prepare_composite(
             strength: settings.indirect_strength,
             ssao: ssao.is_some().into(),
             history_frames: settings.history_frames,
+            unit: indirect.unit,
             fog: fog.into(),
         });
         uniform.write_buffer(&device, &queue);

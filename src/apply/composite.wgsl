@@ -1,7 +1,6 @@
 // Indirect light at full resolution, times albedo, exposed; or a debug view of it.
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
-#import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::surface::{
     Surface, diffuse_albedo, gathered_pixel, load_surface, position_at, previous_uv, specular_albedo, view,
 }
@@ -15,6 +14,7 @@ struct Composite {
     strength: f32,
     ssao: u32,
     history_frames: u32,
+    unit: f32,
     fog: Fog,
 }
 
@@ -80,8 +80,8 @@ fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
     }
     let scale = select(0.0, 1.0 / total, total > 0.0);
     return Indirect(
-        diffuse.rgb * scale * RADIANCE_SCALE,
-        specular.rgb * scale * RADIANCE_SCALE,
+        diffuse.rgb * scale * composite.unit,
+        specular.rgb * scale * composite.unit,
         diffuse.a * scale,
         specular.a * scale,
         similar,
@@ -158,5 +158,6 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
         case #{VIEW_COVERAGE}u: { color = vec3(light.coverage); }
         default: {}
     }
-    return vec4(color, 1.0);
+    // The target's half floats end there.
+    return vec4(min(color, vec3(65504.0)), 1.0);
 }

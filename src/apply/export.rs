@@ -38,7 +38,7 @@ use bevy::{
         sync_world::RenderEntity,
         texture::GpuImage,
     },
-    shader::{ShaderDefVal, load_shader_library},
+    shader::load_shader_library,
     transform::components::{GlobalTransform, Transform},
 };
 
@@ -52,6 +52,7 @@ use crate::{
     },
     scene::{
         bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
+        units::LightUnits,
         volume::{ExtractedVolume, GiVolume, Grid, VolumeGrid, update_grids},
     },
     schedule::GiSystems,
@@ -64,13 +65,6 @@ use crate::{
 const PROBE_SPACING: u32 = 8;
 /// Frames in which all probes are brought up to date once.
 const PARTS: u32 = 4;
-/// Nits that are 1 in the texture: half floats end at 65504.
-const EXPORT_SCALE: u32 = 64;
-
-/// Definitions of `export.wgsl`.
-pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
-    vec![ShaderDefVal::UInt("EXPORT_SCALE".into(), EXPORT_SCALE)]
-}
 
 /// Probes along each axis of a grid.
 fn probes(grid: &Grid) -> UVec3 {
@@ -85,6 +79,8 @@ struct VolumeExport {
     /// What Bevy looks up.
     image: Handle<Image>,
     probes: UVec3,
+    /// Nits that are 1 in it.
+    unit: f32,
 }
 
 /// Marks the light probes that are exports.
@@ -131,7 +127,8 @@ fn sync_exports(
     mut commands: Commands,
     settings: Res<GiSettings>,
     support: Res<GiSupport>,
-    volumes: Query<(Entity, &GiVolume, &VolumeGrid, Option<&VolumeExport>)>,
+    units: Res<LightUnits>,
+    mut volumes: Query<(Entity, &GiVolume, &VolumeGrid, Option<&mut VolumeExport>)>,
     orphans: Query<Entity, (With<VolumeExport>, Without<GiVolume>)>,
     mut lights: Query<
         (
@@ -148,7 +145,8 @@ fn sync_exports(
         commands.entity(volume).remove::<VolumeExport>();
     }
     let wanted = settings.forward_light && support.is_supported();
-    for (entity, volume, grid, export) in &volumes {
+    let unit = units.light();
+    for (entity, volume, grid, export) in &mut volumes {
         let Some(grid) = grid.0.filter(|_| wanted) else {
             if export.is_some() {
                 commands.entity(entity).remove::<VolumeExport>();
@@ -158,9 +156,10 @@ fn sync_exports(
         let probes = probes(&grid);
         let place = Transform::from_translation(grid.center()).with_scale(grid.size());
         let falloff = Vec3::splat(2.0 * volume.fade);
-        let intensity = EXPORT_SCALE as f32 * settings.indirect_strength;
+        let intensity = unit * settings.indirect_strength;
         match export.filter(|export| export.probes == probes) {
-            Some(export) => {
+            Some(mut export) => {
+                export.unit = unit;
                 let Ok((mut transform, mut global, mut light, mut volume)) =
                     lights.get_mut(export.probe)
                 else {
@@ -197,6 +196,7 @@ fn sync_exports(
                     probe,
                     image,
                     probes,
+                    unit,
                 });
             }
         }
@@ -286,6 +286,8 @@ fn has_texture_arrays(device: &RenderDevice) -> bool {
 struct ExtractedExport {
     image: AssetId<Image>,
     probes: UVec3,
+    /// Nits that are 1 in it.
+    unit: f32,
 }
 
 type VolumeData = (RenderEntity, Option<&'static VolumeExport>);
@@ -297,6 +299,7 @@ fn extract_exports(mut commands: Commands, volumes: Extract<Query<VolumeData, Wi
             Some(export) => entity.insert(ExtractedExport {
                 image: export.image.id(),
                 probes: export.probes,
+                unit: export.unit,
             }),
             None => entity.remove::<(ExtractedExport, ExportCubes)>(),
         };
@@ -318,6 +321,7 @@ struct GpuExport {
     spacing: Vec3,
     parts: u32,
     probes: UVec3,
+    unit: f32,
 }
 
 /// The ambient cubes of a volume.
@@ -333,8 +337,19 @@ pub(crate) struct ExportCubes {
     /// Parts that are out of date.
     left: u32,
     part: u32,
-    /// The technique whose turn it is, and group 0, where there is something to do.
-    job: Option<(GiTechnique, BindGroup)>,
+    /// Nits that are 1.
+    pub unit: f32,
+    job: Option<ExportJob>,
+}
+
+/// What a frame brings up to date of a volume.
+struct ExportJob {
+    /// Whose turn it is.
+    technique: GiTechnique,
+    /// Layers of probes.
+    layers: u32,
+    /// Group 0.
+    group: BindGroup,
 }
 
 /// Layout of group 0; `export.wgsl` is its twin.
@@ -397,6 +412,7 @@ impl ExportCubes {
             grid,
             left: PARTS,
             part: 0,
+            unit: 1.0,
             job: None,
         }
     }
@@ -442,17 +458,22 @@ fn prepare_exports(
             cubes.left = PARTS;
         }
         cubes.job = None;
-        let Some(technique) = technique.filter(|_| cubes.left > 0) else {
+        // Bevy takes the light for what it is in the new unit from this frame on.
+        let rescaled = cubes.unit != export.unit;
+        let Some(technique) = technique.filter(|_| rescaled || cubes.left > 0) else {
             continue;
         };
-        cubes.left -= 1;
-        cubes.part = (cubes.part + 1) % PARTS;
+        cubes.unit = export.unit;
+        let parts = if rescaled { 1 } else { PARTS };
+        cubes.left = cubes.left.saturating_sub(1);
+        cubes.part = (cubes.part + 1) % parts;
         let mut uniform = UniformBuffer::from(GpuExport {
             origin: volume.grid.origin,
             part: cubes.part,
             spacing: volume.grid.size() / cubes.probes.as_vec3(),
-            parts: PARTS,
+            parts,
             probes: cubes.probes,
+            unit: cubes.unit,
         });
         uniform.write_buffer(&device, &queue);
         let group = device.create_bind_group(
@@ -460,7 +481,11 @@ fn prepare_exports(
             &cache.get_bind_group_layout(&layout.0),
             &BindGroupEntries::sequential((&uniform, &cubes.view)),
         );
-        cubes.job = Some((technique, group));
+        cubes.job = Some(ExportJob {
+            technique,
+            layers: cubes.probes.z.div_ceil(parts),
+            group,
+        });
     }
     statistics.count("apply/probes", probes);
 }
@@ -548,8 +573,7 @@ fn init_export_pass<T: Technique>(
     layout: Res<ExportLayout>,
     scene: Res<SceneLayout>,
 ) {
-    let (shader, mut defs) = T::export_shader(&server);
-    defs.extend(shader_defs());
+    let (shader, defs) = T::export_shader(&server);
     let pass = ComputePass::new(
         &cache,
         T::EXPORT,
@@ -571,12 +595,11 @@ fn export<T: Technique>(
     let runs: Vec<_> = volumes
         .iter()
         .filter_map(|(cubes, technique, scene)| {
-            let (wanted, group) = cubes.job.as_ref()?;
-            let UVec3 { x, y, z } = cubes.probes;
-            let threads = UVec3::new(x, y, z.div_ceil(PARTS) * 6);
-            (*wanted == T::TECHNIQUE).then_some((
+            let job = cubes.job.as_ref()?;
+            let threads = cubes.probes.with_z(job.layers * 6);
+            (job.technique == T::TECHNIQUE).then_some((
                 groups(threads, UVec3::splat(4)),
-                [group, &scene.0, technique.bind_group()?],
+                [&job.group, &scene.0, technique.bind_group()?],
             ))
         })
         .collect();

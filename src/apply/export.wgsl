@@ -1,9 +1,6 @@
 // Group 0 of an export: which probes of a volume, and where their light goes.
 #define_import_path bevy_gi::apply::export
 
-// Light is stored in half floats, in this many nits.
-const EXPORT_SCALE: f32 = #{EXPORT_SCALE}.0;
-
 struct Export {
     // Corner of the grid of probes, metres.
     origin: vec3<f32>,
@@ -14,6 +11,8 @@ struct Export {
     parts: u32,
     // Probes along each axis.
     probes: vec3<u32>,
+    // Nits of a unit of the light that is written.
+    unit: f32,
 }
 
 @group(0) @binding(0) var<uniform> exported: Export;
@@ -44,10 +43,10 @@ fn exported_side(id: vec3<u32>) -> Side {
     return s;
 }
 
-// `E / pi` in nits, where Bevy's irradiance volumes have it: axes above each other along z, the
+// `E / pi`, given in nits, where Bevy's irradiance volumes have it: axes above each other along z, the
 // negative directions behind the positive ones along y.
 fn store(s: Side, nits: vec3<f32>) {
     let block = vec3(0u, s.side / 3u, s.side % 3u);
-    let value = min(nits / EXPORT_SCALE, vec3(65504.0));
+    let value = min(nits / exported.unit, vec3(65504.0));
     textureStore(ambient_cubes, s.probe + block * exported.probes, vec4(value, 1.0));
 }

@@ -32,6 +32,7 @@ use crate::{
     scene::{
         bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
         needs::{NeedsKnown, SceneNeeds},
+        units::LightUnits,
         visibility::grid_bounds,
         volume::ExtractedVolume,
     },
@@ -72,12 +73,14 @@ pub(crate) struct GpuGather {
     first: u32,
     /// The volume of this pass.
     volume_box: GpuBox,
+    /// Nits of a unit of the light that is written.
+    unit: f32,
 }
 
 /// The indirect light of a camera, at gather resolution, in the render world.
 ///
-/// Two `Rgba16Float` textures: `E / pi` over `RADIANCE_SCALE` with the part of the pixel that some
-/// volume lights in alpha, and specular radiance likewise.
+/// Two `Rgba16Float` textures: `E / pi` in units of [`unit`](Self::unit) nits with the part of the pixel that
+/// some volume lights in alpha, and specular radiance likewise.
 #[derive(Component)]
 pub(crate) struct ViewIndirect {
     pub size: UVec2,
@@ -85,6 +88,8 @@ pub(crate) struct ViewIndirect {
     pub divisor: u32,
     /// Counts frames since the history was reset.
     pub frame: u32,
+    /// Nits of a unit.
+    pub unit: f32,
     epoch: u32,
     /// Diffuse and specular; volumes after the first read one pair and write the other.
     targets: [[Tracked<TextureView>; 2]; 2],
@@ -228,7 +233,7 @@ fn prepare_view_indirect(
     mut views: Query<ViewData>,
     volumes: Query<(Entity, &ExtractedVolume)>,
     settings: Res<GiSettings>,
-    history: Res<GiHistory>,
+    (history, units): (Res<GiHistory>, Res<LightUnits>),
     layout: Option<Res<GatherLayout>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
@@ -289,6 +294,7 @@ fn prepare_view_indirect(
                         fade: volume.fade * extent.min_element(),
                         pad: 0.0,
                     },
+                    unit: units.light(),
                 });
                 uniform.write_buffer(&device, &queue);
                 let [to, from] = [&targets[i % 2], &targets[1 - i % 2]];
@@ -307,6 +313,7 @@ fn prepare_view_indirect(
             full_size: surface.size,
             divisor,
             frame,
+            unit: units.light(),
             epoch: history.epoch(),
             targets,
             passes,

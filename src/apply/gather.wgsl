@@ -1,7 +1,6 @@
 // Group 3 of the gather: which pixels, which volume, and where the result goes.
 #define_import_path bevy_gi::apply::gather
 
-#import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::surface::{Surface, gathered_pixel, load_surface}
 
 struct Box {
@@ -19,6 +18,7 @@ struct Gather {
     with_sky: u32,
     first: u32,
     volume_box: Box,
+    unit: f32,
 }
 
 @group(3) @binding(0) var<uniform> gather: Gather;
@@ -70,8 +70,8 @@ fn begin(id: vec2<u32>) -> Gathered {
 
 // Adds this volume's share of radiances, nits.
 fn store(id: vec2<u32>, weight: f32, diffuse: vec3<f32>, specular: vec3<f32>) {
-    var d = vec4(diffuse / RADIANCE_SCALE, 1.0) * weight;
-    var s = vec4(specular / RADIANCE_SCALE, 1.0) * weight;
+    var d = vec4(diffuse / gather.unit, 1.0) * weight;
+    var s = vec4(specular / gather.unit, 1.0) * weight;
     if gather.first == 0u {
         d += textureLoad(diffuse_before, vec2<i32>(id), 0);
         s += textureLoad(specular_before, vec2<i32>(id), 0);

@@ -12,7 +12,7 @@ use bevy::{
     },
 };
 
-use super::export::{self, ExportCubes};
+use super::export::ExportCubes;
 use crate::{
     debug::{
         GiDebugSettings,
@@ -30,7 +30,8 @@ struct GpuExportProbes {
     origin: Vec3,
     radius: f32,
     spacing: Vec3,
-    pad: f32,
+    /// Nits that are 1 in the ambient cubes.
+    unit: f32,
     probes: UVec3,
 }
 
@@ -82,7 +83,7 @@ fn init_pass(mut commands: Commands, server: Res<AssetServer>, cache: Res<Pipeli
             &[&layout],
             load_embedded_asset!(server.as_ref(), "probes.wgsl"),
             "show_probes",
-            export::shader_defs(),
+            vec![],
         ),
         layout,
     });
@@ -118,7 +119,7 @@ fn prepare_probes(
             // Small enough to see what is between them.
             radius: 0.12 * spacing.min_element(),
             spacing,
-            pad: 0.0,
+            unit: cubes.unit,
             probes: cubes.probes,
         });
         uniform.write_buffer(&device, &queue);

@@ -8,7 +8,8 @@ struct ExportProbes {
     radius: f32,
     // Distance of probes along each axis, metres.
     spacing: vec3<f32>,
-    pad: f32,
+    // Nits that are 1 in the ambient cubes.
+    unit: f32,
     // Probes along each axis.
     probes: vec3<u32>,
 }
@@ -29,7 +30,7 @@ fn show_probes(@builtin(global_invocation_id) id: vec3<u32>) {
         // As `apply/export.wgsl` stores them.
         let block = vec3(0u, i % 2u, i / 2u);
         let light = textureLoad(ambient_cubes, vec3<i32>(id + block * grid.probes), 0);
-        shape.sides[i] = vec4(light.rgb * #{EXPORT_SCALE}.0, 1.0);
+        shape.sides[i] = vec4(light.rgb * grid.unit, 1.0);
     }
     shapes[(id.z * grid.probes.y + id.y) * grid.probes.x + id.x] = shape;
 }

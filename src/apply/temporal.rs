@@ -35,6 +35,8 @@ struct GpuTemporal {
     divisor: u32,
     /// Most frames to blend; 1 ignores the history.
     history_frames: u32,
+    /// Units of now in one of the last frame.
+    rescale: f32,
 }
 
 /// What a camera remembers of past frames.
@@ -45,6 +47,8 @@ pub(crate) struct ViewHistory {
     /// (octahedral normal, depth, 1).
     frames: [[Tracked<TextureView>; 3]; 2],
     current: usize,
+    /// Nits of a unit of the light of this frame.
+    unit: f32,
     bind_group: BindGroup,
 }
 
@@ -165,6 +169,7 @@ pub(crate) fn prepare_history(
             full_size: indirect.full_size,
             divisor: indirect.divisor,
             history_frames,
+            rescale: history.map_or(1.0, |old| old.unit / indirect.unit),
         });
         uniform.write_buffer(&device, &queue);
         let [to, from] = [&frames[current], &frames[1 - current]];
@@ -188,6 +193,7 @@ pub(crate) fn prepare_history(
             size: indirect.size,
             frames,
             current,
+            unit: indirect.unit,
             bind_group,
         });
     }

@@ -8,6 +8,7 @@ struct Temporal {
     full_size: vec2<u32>,
     divisor: u32,
     history_frames: u32,
+    rescale: f32,
 }
 
 @group(1) @binding(0) var<uniform> temporal: Temporal;
@@ -81,6 +82,8 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     before_diffuse /= total;
     before_specular /= total;
+    before_diffuse = vec4(before_diffuse.rgb * temporal.rescale, before_diffuse.a);
+    before_specular = vec4(before_specular.rgb * temporal.rescale, before_specular.a);
 
     // What the neighbourhood shows now bounds what the past may say: a light that went out must
     // not linger. Wide bounds, since each neighbour turned its cones differently.

@@ -18,7 +18,7 @@
 fn load_voxel(voxel: vec3<u32>) -> Voxel {
     let slot = brick_map[brick_index(voxel, volume.dims)];
     var none: Voxel;
-    if slot == BRICK_EMPTY || slot == BRICK_MARKED {
+    if slot == BRICK_EMPTY || slot >= BRICK_MARKED {
         return none;
     }
     let at = ((slot - 1u) * BRICK_VOXELS + local_index(voxel)) * WORDS;

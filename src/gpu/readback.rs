@@ -1,6 +1,9 @@
 //! A few words from the GPU, some frames late. Nothing waits for them.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{
+    Arc, Mutex,
+    atomic::{AtomicBool, Ordering},
+};
 
 use bevy::render::{
     render_resource::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder, MapMode},
@@ -11,6 +14,8 @@ use bevy::render::{
 pub(crate) struct Readback {
     staging: Buffer,
     state: Arc<Mutex<State>>,
+    /// Whether a copy was asked for while another was under way.
+    owed: AtomicBool,
 }
 
 #[derive(Default)]
@@ -33,16 +38,24 @@ impl Readback {
                 mapped_at_creation: false,
             }),
             state: Default::default(),
+            owed: AtomicBool::new(false),
         }
     }
 
-    /// Records a copy; does nothing while one is under way.
+    /// Records a copy; while one is under way, it is [owed](Self::is_owed) instead.
     pub fn copy(&self, encoder: &mut CommandEncoder, source: &Buffer) {
         let mut state = self.lock();
-        if matches!(*state, State::Idle) {
+        let idle = matches!(*state, State::Idle);
+        if idle {
             encoder.copy_buffer_to_buffer(source, 0, &self.staging, 0, self.staging.size());
             *state = State::Copied;
         }
+        self.owed.store(!idle, Ordering::Relaxed);
+    }
+
+    /// Whether what was copied last is older than what should have been.
+    pub fn is_owed(&self) -> bool {
+        self.owed.load(Ordering::Relaxed)
     }
 
     /// Once a frame, after submission: what has arrived.

@@ -409,7 +409,7 @@ fn lights(world: &mut World) -> Vec<Light> {
             center: transform.translation(),
             half,
             normal: transform.forward().into(),
-            nits: linear(light.color) * light.intensity / (PI * area.max(1e-6)),
+            nits: linear(light.color) * light.intensity / (PI * area.max(1e-12)),
             range: light.range,
         }
     });

@@ -155,6 +155,13 @@ impl GpuLight {
     }
 }
 
+impl GpuLight {
+    /// Area of a rect light, square metres.
+    pub fn area(&self) -> f32 {
+        4.0 * self.half_width.length() * self.half_height.length()
+    }
+}
+
 /// A light that takes part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneLight {
@@ -177,9 +184,7 @@ impl SceneLight {
         let unit = match gpu.kind {
             kind if kind == LightKind::Point as u32 => 4.0 * PI,
             kind if kind == LightKind::Spot as u32 => 2.0 * PI * (1.0 - gpu.cos_outer),
-            kind if kind == LightKind::Rect as u32 => {
-                4.0 * PI * gpu.half_width.length() * gpu.half_height.length()
-            }
+            kind if kind == LightKind::Rect as u32 => PI * gpu.area(),
             _ => 1.0,
         };
         unit * gpu.color.max_element()
@@ -301,7 +306,7 @@ impl ToGpuLight for RectLight {
             kind: LightKind::Rect as u32,
             position: transform.translation(),
             // A diffuse emitter of one side: power = pi * area * luminance.
-            color: rgb(self.color, self.intensity / (PI * area.max(1e-6))),
+            color: rgb(self.color, self.intensity / (PI * area.max(1e-12))),
             range: self.range,
             direction: forward(transform),
             half_width,

@@ -4,7 +4,7 @@ use std::{any::TypeId, collections::HashMap, marker::PhantomData};
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
-    asset::{AssetEvent, AssetServer, Assets, Handle},
+    asset::{AssetEvent, AssetServer, Handle},
     ecs::prelude::*,
     pbr::{ExtendedMaterial, Material, MaterialExtension, MeshMaterial3d, StandardMaterial},
     render::RenderApp,
@@ -38,25 +38,11 @@ pub trait GiMaterial: Material {
     fn voxelize_shader() -> ShaderRef {
         ShaderRef::Default
     }
-
-    /// Largest component of the emission, in the units of [`StandardMaterial::emissive`]; brighter
-    /// emission is cut off in what bounces.
-    fn max_emissive(&self) -> f32;
 }
 
-impl GiMaterial for StandardMaterial {
-    fn max_emissive(&self) -> f32 {
-        let e = self.emissive;
-        // An unlit material shows its base colour, at most 1, as emission.
-        e.red.max(e.green).max(e.blue).max(f32::from(self.unlit))
-    }
-}
+impl GiMaterial for StandardMaterial {}
 
-impl<E: MaterialExtension> GiMaterial for ExtendedMaterial<StandardMaterial, E> {
-    fn max_emissive(&self) -> f32 {
-        self.base.max_emissive()
-    }
-}
+impl<E: MaterialExtension> GiMaterial for ExtendedMaterial<StandardMaterial, E> {}
 
 /// Makes meshes of the material `M` bounce light as they look. Add it after
 /// [`GiPlugins`](crate::GiPlugins); `StandardMaterial` has it already.
@@ -93,22 +79,15 @@ impl<M: GiMaterial> Plugin for GiMaterialPlugin<M> {
 #[derive(Resource, Default)]
 pub(crate) struct MaterialShaders(pub HashMap<TypeId, Option<Handle<Shader>>>);
 
-/// Notes changes of the materials of casters, and their emission.
+/// Notes changes of the materials of casters.
 fn watch_material<M: GiMaterial>(
     meshes: Query<Ref<MeshMaterial3d<M>>, Without<NotGiCaster>>,
-    materials: Option<Res<Assets<M>>>,
     mut events: MessageReader<AssetEvent<M>>,
     mut scene: ResMut<SceneCasters>,
 ) {
     // Assets may arrive or change without any component changing.
     let mut changed = !events.is_empty();
     events.clear();
-    let mut max_emissive = 0.0f32;
-    for handle in &meshes {
-        changed |= handle.is_changed();
-        if let Some(material) = materials.as_ref().and_then(|m| m.get(&handle.0)) {
-            max_emissive = max_emissive.max(material.max_emissive());
-        }
-    }
-    scene.note_material(TypeId::of::<M>(), max_emissive, changed);
+    changed |= meshes.iter().any(|handle| handle.is_changed());
+    scene.note_materials(changed);
 }

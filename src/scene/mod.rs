@@ -21,6 +21,7 @@ pub(crate) mod light_views;
 pub(crate) mod needs;
 pub(crate) mod reach;
 pub(crate) mod sky;
+pub(crate) mod units;
 
 use bevy::{
     app::{App, Plugin},
@@ -40,6 +41,7 @@ impl Plugin for ScenePlugin {
             visibility::VisibilityPlugin,
             lights::LightsPlugin,
             sky::SkyPlugin,
+            units::UnitsPlugin,
             material::GiMaterialPlugin::<StandardMaterial>::default(),
             capture::CapturePlugin,
             shadows::ShadowsPlugin,

@@ -4,11 +4,7 @@
 //! light whether seen or not, so they are marked visible here; cameras draw nothing more, since
 //! each keeps its own list.
 
-use std::{
-    any::TypeId,
-    collections::HashMap,
-    hash::{BuildHasher, Hash, Hasher},
-};
+use std::hash::{BuildHasher, Hash, Hasher};
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
@@ -60,19 +56,11 @@ pub struct SceneCasters {
     pub casters: Vec<Caster>,
     /// Grows whenever a caster appears, vanishes, moves, deforms or changes its material.
     pub version: u64,
-    /// Largest component of any emission, by type of material.
-    max_emissive: HashMap<TypeId, f32>,
     /// Whether a material has changed since the casters were last collected.
     materials_changed: bool,
 }
 
 impl SceneCasters {
-    /// Largest component of any caster's emission, as `StandardMaterial::emissive` has it. Scales
-    /// the voxelizer's fixed point numbers.
-    pub fn max_emissive(&self) -> f32 {
-        self.max_emissive.values().copied().fold(0.0, f32::max)
-    }
-
     /// A number that stands for what some casters look like: the same as long as they are the same and
     /// none of them has changed.
     pub(crate) fn content<'a>(casters: impl IntoIterator<Item = &'a Caster>) -> u64 {
@@ -83,9 +71,8 @@ impl SceneCasters {
         hasher.finish()
     }
 
-    /// What is new of a type of material.
-    pub(crate) fn note_material(&mut self, material: TypeId, max_emissive: f32, changed: bool) {
-        self.max_emissive.insert(material, max_emissive);
+    /// Whether materials of some type have changed.
+    pub(crate) fn note_materials(&mut self, changed: bool) {
         self.materials_changed |= changed;
     }
 }

@@ -136,7 +136,7 @@ pub enum GiSky {
     /// (only with [`GiSettings::replace_ambient`]), else black.
     #[default]
     Camera,
-    /// The same luminance from every direction. Linear Rec. 709, nits, 0..=1000000 each.
+    /// The same luminance from every direction. Linear Rec. 709, nits, 0..=1e12 each.
     Constant(LinearRgba),
     /// No light from outside.
     Black,
@@ -332,7 +332,7 @@ impl Clamped for GiSettings {
             GiSky::Constant(color) => color,
             _ => &mut none,
         };
-        c.color("sky", color, 1e6);
+        c.color("sky", color, 1e12);
     }
 }
 
@@ -442,7 +442,7 @@ pub(crate) mod tests {
         assert_eq!(settings.shadow_map_size, 2048);
         assert_eq!(
             settings.sky,
-            GiSky::Constant(LinearRgba::rgb(1e6, 0.0, 0.0))
+            GiSky::Constant(LinearRgba::rgb(1e12, 0.0, 0.0))
         );
         assert!(Clamp::apply("GiSettings", &mut settings).is_empty());
     }

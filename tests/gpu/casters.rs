@@ -257,10 +257,6 @@ impl GiMaterial for Known {
     fn voxelize_shader() -> ShaderRef {
         KNOWN_SHADER.get().unwrap().clone().into()
     }
-
-    fn max_emissive(&self) -> f32 {
-        0.0
-    }
 }
 
 #[test]

@@ -91,8 +91,8 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
             arrives *= cone * cone;
         }
         if map.kind == #{LIGHT_RECT}u {
-            // Its intensity from afar: luminance times the area that it shows.
-            arrives *= saturate(cosine) * 4.0 * length(map.half_width) * length(map.half_height);
+            // From afar, it shows less of its area to the side.
+            arrives *= saturate(cosine);
         }
     }
     // What the light sees is lit, whichever way a normal map or a two-sided leaf has turned it.

@@ -12,7 +12,8 @@ use crate::scene::{light_maps::LightMap, lights::LightKind};
 pub struct GpuRsmMap {
     pub clip_from_world: Mat4,
     pub world_from_clip: Mat4,
-    /// Lux, candela or nits, as [`GpuLight::color`](crate::scene::lights::GpuLight::color) now.
+    /// As [`GpuLight::color`](crate::scene::lights::GpuLight::color) now, lux or candela; of a rect light times its
+    /// area, candela too.
     pub color: Vec3,
     /// A [`LightKind`](crate::scene::lights::LightKind).
     pub kind: u32,
@@ -25,11 +26,8 @@ pub struct GpuRsmMap {
     /// What stored flux is divided by, times [`color`](Self::color): lumens. For a directional light the
     /// area of a texel, for others the solid angle of one in the middle.
     pub flux_scale: f32,
-    /// As the light's.
-    pub half_width: Vec3,
+    /// As the light's, like the next two.
     pub range: f32,
-    /// As the light's.
-    pub half_height: Vec3,
     pub cos_inner: f32,
     pub cos_outer: f32,
     /// Whether it shows anything yet.
@@ -51,7 +49,11 @@ impl GpuRsmMap {
     pub(crate) fn new(map: &LightMap) -> Self {
         let base = Self {
             clip_from_world: map.view.clip_from_world,
-            color: map.now.color,
+            // From afar, a rect light is one of an intensity: luminance times area.
+            color: match map.now.kind {
+                kind if kind == LightKind::Rect as u32 => map.now.color * map.now.area(),
+                _ => map.now.color,
+            },
             kind: map.now.kind,
             light: map.number,
             size: 1,
@@ -78,9 +80,7 @@ impl GpuRsmMap {
                 _ => light.direction,
             },
             flux_scale: 4.0 * half_width * half_height / texels,
-            half_width: light.half_width,
             range: light.range,
-            half_height: light.half_height,
             cos_inner: light.cos_inner,
             cos_outer: light.cos_outer,
             drawn: 1,

@@ -1,24 +1,31 @@
 // Gives every marked brick a slot in the pool, and computes the arguments of indirect dispatches.
 
-#import bevy_gi::scene::voxels::types::{BRICK_EMPTY, BRICK_MARKED, BRICK_VOXELS, SLICES, Voxelize}
+#import bevy_gi::scene::voxels::types::{BRICK_EMPTY, BRICK_MARKED, SLICES, Voxelize, emission_bound}
 
 @group(0) @binding(0) var<uniform> voxelize: Voxelize;
 @group(0) @binding(1) var<storage, read_write> brick_map: array<u32>;
 @group(0) @binding(2) var<storage, read_write> brick_list: array<u32>;
 @group(0) @binding(3) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read_write> arguments: array<u32>;
+@group(0) @binding(5) var<storage, read_write> emission_levels: array<u32>;
 
 // One thread a brick of the grid. Slots come in any order; nothing depends on it.
 @compute @workgroup_size(64)
 fn allocate(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let brick = id.y * groups.x * 64u + id.x;
-    if brick >= arrayLength(&brick_map) || brick_map[brick] != BRICK_MARKED {
+    if brick >= arrayLength(&brick_map) || brick_map[brick] < BRICK_MARKED {
         return;
+    }
+    let level = brick_map[brick] - BRICK_MARKED;
+    if level > 0u {
+        // Positive numbers are in the order of their bits.
+        atomicMax(&counters[#{COUNTER_EMISSION}u], bitcast<u32>(emission_bound(level)));
     }
     let slot = atomicAdd(&counters[#{COUNTER_BRICKS}u], 1u);
     if slot < arrayLength(&brick_list) {
         brick_map[brick] = slot + 1u;
         brick_list[slot] = brick;
+        emission_levels[slot] = level;
     } else {
         brick_map[brick] = BRICK_EMPTY;
     }

@@ -28,7 +28,11 @@
 //! |---|---|
 //! | 0 | albedo, `rgba8unorm`, linear; alpha 1 where there is a surface |
 //! | 1 | normal, octahedral 2 x 12 bit; flags in the top byte: 1 = surface, 2 = two-sided |
-//! | 2 | emission, `rgb9e5`, nits / 64 |
+//! | 2 | emission, nits, as `pack_radiance` in `gpu/pack.wgsl` has it |
+//!
+//! Emission is summed in fixed point, in a unit of each brick's own: the first draw finds the exponent of
+//! its brightest emission. So a filament takes nothing from what shines elsewhere, and sums neither overflow
+//! nor vanish.
 //!
 //! A second buffer has a bit per voxel of the pool, for rays ([`trace.wgsl`](self)).
 //!

@@ -178,6 +178,7 @@ pub(crate) fn init_voxel_pipelines(
                 uniform_buffer::<GpuVoxelize>(false),
                 storage_buffer_sized(false, None),
                 storage_buffer_sized(false, None),
+                storage_buffer_read_only_sized(false, None),
             ),
         ),
     );
@@ -187,6 +188,7 @@ pub(crate) fn init_voxel_pipelines(
             ShaderStages::COMPUTE,
             (
                 uniform_buffer::<GpuVoxelize>(false),
+                storage_buffer_sized(false, None),
                 storage_buffer_sized(false, None),
                 storage_buffer_sized(false, None),
                 storage_buffer_sized(false, None),
@@ -205,6 +207,7 @@ pub(crate) fn init_voxel_pipelines(
                 storage_buffer_sized(false, None),
                 storage_buffer_sized(false, None),
                 storage_buffer_sized(false, None),
+                storage_buffer_read_only_sized(false, None),
             ),
         ),
     );
@@ -273,7 +276,14 @@ pub(crate) fn voxelize(
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
     for voxels in &volumes {
-        let Some(job) = &voxels.job else { continue };
+        let Some(job) = &voxels.job else {
+            if voxels.readback.is_owed() {
+                voxels
+                    .readback
+                    .copy(ctx.command_encoder(), &voxels.counters);
+            }
+            continue;
+        };
 
         let encoder = ctx.command_encoder();
         encoder.clear_buffer(voxels.brick_map(), 0, None);

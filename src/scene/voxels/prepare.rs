@@ -4,7 +4,7 @@ use bevy::{
     camera::{Camera, Exposure},
     ecs::prelude::*,
     log::warn_once,
-    math::{Mat4, UVec2, Vec3, Vec4},
+    math::{Mat4, UVec2, Vec3},
     render::{
         Extract,
         batching::gpu_preprocessing::GpuPreprocessingSupport,
@@ -38,7 +38,7 @@ use crate::{
 struct Content {
     casters: u64,
     /// See [`GpuVoxelize::emission`].
-    emission: Vec4,
+    emission: Vec3,
 }
 
 /// What [`prepare_voxels`] must know of the main world.
@@ -63,6 +63,8 @@ pub struct SceneVoxels {
     pub(crate) occupancy: Tracked<Buffer>,
     /// Index of the brick in each slot.
     pub(crate) brick_list: Tracked<Buffer>,
+    /// Level of the brightest emission in each slot (`emission_level` in `types.wgsl`).
+    pub(crate) emission_levels: Tracked<Buffer>,
     /// `slot * 64 + index in the brick` of each voxel with a surface, by slice.
     pub(crate) voxel_list: Tracked<Buffer>,
     /// See [`counter`].
@@ -80,6 +82,8 @@ pub struct SceneVoxels {
     occupied: u32,
     /// Slots that the pool lacked, as of the last read-back.
     missing: u32,
+    /// As [`counter::EMISSION`] says, as of the last read-back.
+    pub(crate) brightest: f32,
     /// Set in the frame in which the volume is captured.
     pub(crate) job: Option<VoxelJob>,
 }
@@ -172,10 +176,9 @@ pub(crate) fn extract_voxel_views(
         EmissiveUnits::AsSeen => (1.0 / exposure, 1.0, 1.0 / exposure),
         EmissiveUnits::Nits => (1.0, 1.0, 0.0),
     };
-    let brightest = (casters.max_emissive() * weight_0.max(weight_1)).clamp(1e-6, 1e9);
     commands.insert_resource(ExtractedContent(Content {
         casters: casters.version,
-        emission: Vec4::new(weight_0, weight_1, unlit, 65535.0 / brightest),
+        emission: Vec3::new(weight_0, weight_1, unlit),
     }));
 }
 
@@ -262,7 +265,7 @@ pub(crate) fn prepare_voxels(
     }
 }
 
-/// Hears from the GPU how many bricks and voxels the last captures filled.
+/// Hears from the GPU how many bricks and voxels the last captures filled, and how brightly the brightest shines.
 pub(crate) fn read_counts(mut volumes: Query<&mut SceneVoxels>, statistics: Res<GiStatistics>) {
     let (mut voxels_sum, mut bricks_sum) = (0, 0);
     for mut voxels in &mut volumes {
@@ -270,6 +273,7 @@ pub(crate) fn read_counts(mut volumes: Query<&mut SceneVoxels>, statistics: Res<
             let bricks = words[counter::BRICKS as usize];
             voxels.missing = bricks.saturating_sub(voxels.capacity);
             voxels.occupied = words[counter::VOXELS as usize];
+            voxels.brightest = f32::from_bits(words[counter::EMISSION as usize]);
         }
         voxels_sum += u64::from(voxels.occupied);
         bricks_sum += u64::from(voxels.capacity);
@@ -316,6 +320,7 @@ impl SceneVoxels {
             ),
             occupancy: buffer("scene/voxels/occupancy", 2 * capacity, none),
             brick_list: buffer("scene/voxels/brick_list", capacity, none),
+            emission_levels: buffer("scene/voxels/emission_levels", capacity, none),
             voxel_list: buffer("scene/voxels/voxel_list", voxels, none),
             counters: buffer(
                 "scene/voxels/counters",
@@ -333,6 +338,7 @@ impl SceneVoxels {
             readback: Readback::new(device, counter::SLICE_COUNT),
             occupied: 0,
             missing: 0,
+            brightest: 0.0,
             job: None,
         }
     }
@@ -340,6 +346,7 @@ impl SceneVoxels {
     /// Starts anew with other buffers.
     fn replace(&mut self, mut new: Self) {
         new.version = self.version;
+        new.brightest = self.brightest;
         *self = new;
     }
 
@@ -358,7 +365,7 @@ impl SceneVoxels {
         &self,
         views: [Entity; 3],
         volume: &ExtractedVolume,
-        emission: Vec4,
+        emission: Vec3,
         pipelines: &VoxelPipelines,
         cache: &PipelineCache,
         device: &RenderDevice,
@@ -383,6 +390,7 @@ impl SceneVoxels {
                         &uniform(axis, step),
                         self.brick_map().as_entire_binding(),
                         self.pool.as_entire_binding(),
+                        self.emission_levels.as_entire_binding(),
                     )),
                 )
             })
@@ -419,6 +427,7 @@ impl SceneVoxels {
                     self.brick_list.as_entire_binding(),
                     self.counters.as_entire_binding(),
                     self.arguments.as_entire_binding(),
+                    self.emission_levels.as_entire_binding(),
                 )),
             ),
             resolve: device.create_bind_group(
@@ -431,6 +440,7 @@ impl SceneVoxels {
                     self.counters.as_entire_binding(),
                     self.voxel_list.as_entire_binding(),
                     self.occupancy.as_entire_binding(),
+                    self.emission_levels.as_entire_binding(),
                 )),
             ),
             targets,

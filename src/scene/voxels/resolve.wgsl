@@ -2,7 +2,7 @@
 
 #import bevy_gi::gpu::pack::{pack_normal, pack_radiance}
 #import bevy_gi::scene::voxels::types::{
-    BRICK, BRICK_VOXELS, FLAG_SURFACE, FLAG_TWO_SIDED, Voxelize, WORDS, brick_coords, brick_slice,
+    BRICK, BRICK_VOXELS, FLAG_SURFACE, FLAG_TWO_SIDED, Voxelize, WORDS, brick_coords, brick_slice, emission_unit,
 }
 
 @group(0) @binding(0) var<uniform> voxelize: Voxelize;
@@ -11,6 +11,7 @@
 @group(0) @binding(3) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read_write> voxel_list: array<u32>;
 @group(0) @binding(5) var<storage, read_write> occupancy: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read> emission_levels: array<u32>;
 
 // Word of the record that says whether there is a surface, for `list`.
 fn record(slot: u32, local: u32) -> u32 {
@@ -69,7 +70,8 @@ fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     // A lamp that fills a part of the voxel shines as a whole one that is as much darker: the cells that are
     // made of it know of no parts.
     let samples_full = max(samples_once, layer.x * select(1.0, 2.0, two_sided));
-    let emission = vec3<f32>(vec3(pool[at + 8u], pool[at + 9u], pool[at + 10u])) / voxelize.emission.w;
+    let emission = vec3<f32>(vec3(pool[at + 8u], pool[at + 9u], pool[at + 10u]))
+        * emission_unit(emission_levels[slot]);
     let flags = FLAG_SURFACE | select(0u, FLAG_TWO_SIDED, two_sided);
     pool[at] = pack4x8unorm(vec4(color / total, 1.0));
     pool[at + 1u] = pack_normal(n, flags);

@@ -3,12 +3,15 @@
 
 #import bevy_pbr::prepass_io::VertexOutput
 #import bevy_gi::scene::voxels::types::{
-    BRICK_EMPTY, BRICK_MARKED, BRICK_VOXELS, Voxelize, WORDS, brick_index, local_index,
+    BRICK_EMPTY, BRICK_MARKED, BRICK_VOXELS, Voxelize, WORDS, brick_index, emission_level, emission_unit,
+    local_index,
 }
 
 @group(1) @binding(0) var<uniform> voxelize: Voxelize;
 @group(1) @binding(1) var<storage, read_write> brick_map: array<atomic<u32>>;
 @group(1) @binding(2) var<storage, read_write> pool: array<atomic<u32>>;
+// Of each slot.
+@group(1) @binding(3) var<storage, read> emission_levels: array<u32>;
 
 // What is to be known of a surface.
 struct VoxelSurface {
@@ -60,11 +63,11 @@ fn splat(in: VertexOutput, is_front: bool, geometric: vec3<f32>, surface: VoxelS
     let voxel = vec3<u32>(p);
     let brick = brick_index(voxel, volume.dims);
     if voxelize.step == #{STEP_MARK}u {
-        atomicStore(&brick_map[brick], BRICK_MARKED);
+        atomicMax(&brick_map[brick], BRICK_MARKED + emission_level(surface.emission));
         return;
     }
     let slot = atomicLoad(&brick_map[brick]);
-    if slot == BRICK_EMPTY || slot == BRICK_MARKED {
+    if slot == BRICK_EMPTY || slot >= BRICK_MARKED {
         return;
     }
     let at = ((slot - 1u) * BRICK_VOXELS + local_index(voxel)) * WORDS;
@@ -97,8 +100,10 @@ fn splat(in: VertexOutput, is_front: bool, geometric: vec3<f32>, surface: VoxelS
     atomicAdd(&pool[at + 5u], bitcast<u32>(axis.x));
     atomicAdd(&pool[at + 6u], bitcast<u32>(axis.y));
     atomicAdd(&pool[at + 7u], bitcast<u32>(axis.z));
-    if any(surface.emission > vec3(0.0)) {
-        let e = samples * vec3<u32>(round(min(surface.emission * voxelize.emission.w, vec3(65535.0))));
+    let level = emission_levels[slot - 1u];
+    if level > 0u && any(surface.emission > vec3(0.0)) {
+        let units = min(surface.emission / emission_unit(level), vec3(exp2(#{EMISSION_BITS}.0) - 1.0));
+        let e = samples * vec3<u32>(round(units));
         atomicAdd(&pool[at + 8u], e.r);
         atomicAdd(&pool[at + 9u], e.g);
         atomicAdd(&pool[at + 10u], e.b);

@@ -21,7 +21,7 @@ struct Hit {
 // Slot in the pool of the brick of a voxel, or -1 where it has none.
 fn brick_slot(voxel: vec3<i32>, volume: Volume) -> i32 {
     let slot = brick_map[brick_index(vec3<u32>(voxel), volume.dims)];
-    return select(i32(slot) - 1, -1, slot == BRICK_MARKED);
+    return select(i32(slot) - 1, -1, slot >= BRICK_MARKED);
 }
 
 fn is_occupied(slot: u32, voxel: vec3<i32>) -> bool {

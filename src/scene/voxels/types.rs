@@ -1,6 +1,6 @@
 //! Layouts shared with `types.wgsl`, and their constants, which WGSL gets as definitions.
 
-use bevy::{math::Vec4, render::render_resource::ShaderType, shader::ShaderDefVal};
+use bevy::{math::Vec3, render::render_resource::ShaderType, shader::ShaderDefVal};
 
 use crate::scene::volume::{BRICK, GpuVolume};
 
@@ -14,11 +14,15 @@ pub const SUPERSAMPLING: u32 = 2;
 /// belongs to one, by the parity of its coordinates.
 pub const SLICES: u32 = 8;
 
+/// Bits of the brightest emission of a brick, in sums of 32. A voxel counts up to 1023 samples along each
+/// axis from each of its two sides: 13 bits are for their number.
+pub const EMISSION_BITS: i32 = 32 - 13;
+
 /// Steps of `voxelize`, as the uniform says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(u32)]
 pub enum VoxelizeStep {
-    /// Mark the bricks that hold a surface.
+    /// Mark the bricks that hold a surface, and how brightly the brightest shines.
     Mark,
     /// Sum the attributes.
     Sum,
@@ -33,8 +37,8 @@ pub struct GpuVoxelize {
     /// A [`VoxelizeStep`].
     pub step: u32,
     /// x, y: nits per unit of `StandardMaterial::emissive` at exposure weight 0 and 1; z: nits per
-    /// unit of an unlit material's colour; w: fixed point units per nit.
-    pub emission: Vec4,
+    /// unit of an unlit material's colour.
+    pub emission: Vec3,
 }
 
 /// Where things are in the buffer of counters and indirect arguments, in words.
@@ -44,8 +48,10 @@ pub mod counter {
     pub const BRICKS: u32 = 0;
     /// Voxels with a surface.
     pub const VOXELS: u32 = 1;
+    /// Nits, `f32`, that no emission reaches, and the brightest exceeds half of; 0 if nothing shines.
+    pub const EMISSION: u32 = 2;
     /// Voxels of each slice.
-    pub const SLICE_COUNT: u32 = 2;
+    pub const SLICE_COUNT: u32 = 3;
     /// First entry of each slice in the list.
     pub const SLICE_START: u32 = SLICE_COUNT + SLICES;
     /// Next free entry of each slice.
@@ -73,7 +79,7 @@ pub mod argument {
 
 /// The constants above, for `types.wgsl`.
 pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
-    [
+    let mut defs: Vec<_> = [
         ("WORDS", WORDS),
         ("BRICK", BRICK),
         ("BRICK_VOXELS", BRICK_VOXELS),
@@ -82,6 +88,7 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
         ("STEP_MARK", VoxelizeStep::Mark as u32),
         ("COUNTER_BRICKS", counter::BRICKS),
         ("COUNTER_VOXELS", counter::VOXELS),
+        ("COUNTER_EMISSION", counter::EMISSION),
         ("COUNTER_SLICE_COUNT", counter::SLICE_COUNT),
         ("COUNTER_SLICE_START", counter::SLICE_START),
         ("COUNTER_SLICE_CURSOR", counter::SLICE_CURSOR),
@@ -92,5 +99,7 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
         ("ARGUMENT_ROW", argument::ROW),
     ]
     .map(|(name, value)| ShaderDefVal::UInt(name.into(), value))
-    .into()
+    .into();
+    defs.push(ShaderDefVal::Int("EMISSION_BITS".into(), EMISSION_BITS));
+    defs
 }

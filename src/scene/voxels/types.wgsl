@@ -1,7 +1,9 @@
 // The sparse voxel grid: addressing, and the record of a voxel. Twin of types.rs.
 #define_import_path bevy_gi::scene::voxels::types
 
-#import bevy_gi::gpu::pack::{unpack_normal, unpack_radiance}
+#import bevy_gi::gpu::pack::{
+    EXPONENT_LEAST, RADIANCE_MOST, exponent_of, power_of_two, unpack_normal, unpack_radiance,
+}
 #import bevy_gi::scene::types::Volume
 
 const WORDS: u32 = #{WORDS}u;
@@ -9,9 +11,10 @@ const BRICK: u32 = #{BRICK}u;
 const BRICK_VOXELS: u32 = #{BRICK_VOXELS}u;
 const SLICES: u32 = #{SLICES}u;
 
-// Content of the brick map besides "slot + 1".
+// Content of the brick map besides "slot + 1": nothing, and, while bricks are marked, from this number on, the number
+// plus the level of the brick's emission.
 const BRICK_EMPTY: u32 = 0u;
-const BRICK_MARKED: u32 = 0xffffffffu;
+const BRICK_MARKED: u32 = 0xffffff00u;
 
 const FLAG_SURFACE: u32 = 1u;
 const FLAG_TWO_SIDED: u32 = 2u;
@@ -20,7 +23,7 @@ struct Voxelize {
     volume: Volume,
     axis: u32,
     step: u32,
-    emission: vec4<f32>,
+    emission: vec3<f32>,
 }
 
 // A voxel's surface.
@@ -43,6 +46,22 @@ fn unpack_voxel(words: vec3<u32>) -> Voxel {
     v.exists = (flags & FLAG_SURFACE) != 0u;
     v.two_sided = (flags & FLAG_TWO_SIDED) != 0u;
     return v;
+}
+
+// The level of an emission in nits: 0 of none, else its exponent, counted from 1. Of a brick: of its brightest.
+fn emission_level(nits: vec3<f32>) -> u32 {
+    let most = clamp(max(nits.r, max(nits.g, nits.b)), 0.0, RADIANCE_MOST);
+    return u32(max(exponent_of(most) - EXPONENT_LEAST + 1, 0));
+}
+
+// Nits that no emission of that level reaches.
+fn emission_bound(level: u32) -> f32 {
+    return power_of_two(i32(level) + EXPONENT_LEAST);
+}
+
+// Nits of a unit of the sums of emission in a brick of that level.
+fn emission_unit(level: u32) -> f32 {
+    return emission_bound(level) * power_of_two(-#{EMISSION_BITS});
 }
 
 // Index of the brick that holds `voxel`.

@@ -29,7 +29,7 @@ fn blend_slot(slot: u32, probe: u32, light: ptr<function, array<vec3<f32>, 9>>, 
     let first = slots[slot_index(slot, 0u, probe, hints.coefficients, count)];
     let difference = abs((*light)[0] - first.rgb);
     let larger = max((*light)[0], first.rgb);
-    let changed = max(difference.r, max(difference.g, difference.b)) / max(max(larger.r, max(larger.g, larger.b)), 1e-12);
+    let changed = max(difference.r, max(difference.g, difference.b)) / max(max(larger.r, max(larger.g, larger.b)), 1e-30);
     for (var i = 0u; i < hints.coefficients; i++) {
         let at = slot_index(slot, i, probe, hints.coefficients, count);
         let before = slots[at];

@@ -1,7 +1,6 @@
 // The hints as spheres, and the taps over a picked surface.
 
 #import bevy_gi::debug::types::Shape
-#import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::gpu::sh::sh_cosine
 #import bevy_gi::scene::probes::bindings::{offsets, probes}
 #import bevy_gi::scene::probes::lookup::probe_sees
@@ -28,7 +27,7 @@ fn load_slots(probe: u32, mask: u32) -> Coefficients {
     var sum: array<vec3<f32>, 9>;
     for (var slot = 0u; slot < shown.slots; slot++) {
         for (var i = 0u; i < hints.coefficients && ((mask >> slot) & 1u) != 0u; i++) {
-            sum[i] += slots[slot_index(slot, i, probe, hints.coefficients, count)].rgb / RADIANCE_SCALE;
+            sum[i] += slots[slot_index(slot, i, probe, hints.coefficients, count)].rgb / hints.unit;
         }
     }
     var c: Coefficients;
@@ -123,7 +122,7 @@ fn show_hints(@builtin(global_invocation_id) id: vec3<u32>) {
         } else if shown.content == #{SHOW_NEGATIVE}u {
             // Over what the mean of all directions would be.
             let mean = weigh_signed(hint, array(sh_cosine(side(i))[0], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
-            let lacking = max(-light / max(mean, vec3(1e-12)), vec3(0.0));
+            let lacking = max(-light / max(mean, vec3(1e-30)), vec3(0.0));
             shape.sides[i] = vec4(saturate(max(lacking.r, max(lacking.g, lacking.b))), 0.0, 0.0, 0.0);
         } else {
             shape.sides[i] = vec4(plain, 0.0);

@@ -2,7 +2,6 @@
 #define_import_path bevy_gi::technique::hints::lookup
 
 #import bevy_gi::gpu::basis::orthonormal
-#import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::gpu::sh::{sh_cosine, sh_lobe}
 #import bevy_gi::scene::probes::bindings::{probe_sampler, probes}
 #import bevy_gi::scene::probes::lookup::{probe_corner, probes_around}
@@ -48,7 +47,7 @@ fn weigh_signed(c: Coefficients, l: array<f32, 9>) -> vec3<f32> {
     let light = vec3(dot(c.low[0], low), dot(c.low[1], low), dot(c.low[2], low))
         + vec3(dot(c.high[0], high), dot(c.high[1], high), dot(c.high[2], high))
         + c.last * l[8];
-    return light * RADIANCE_SCALE;
+    return light * hints.unit;
 }
 
 // The same, not negative.

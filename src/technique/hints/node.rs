@@ -278,6 +278,10 @@ pub(crate) fn update_hints(
         let per_voxel = || Groups::Indirect(&voxels.arguments, 4 * u64::from(argument::VOXELS));
         let per_cell = || groups(probes.dims(), UVec3::splat(4));
 
+        if !job.relights {
+            record.run(&pipelines.sum, per_cell(), &[&job.sum]);
+            continue;
+        }
         if let Some(carry) = &job.carry {
             let (slots, before) = &carry.copy;
             let encoder = &mut record.encoder;

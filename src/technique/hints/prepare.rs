@@ -27,6 +27,7 @@ use crate::{
         needs::SceneNeeds,
         probes::{GpuProbes, LookAgain, SceneProbes},
         rsm::SceneRsm,
+        units::LightUnits,
         volume::ExtractedVolume,
         voxels::{BRICK_VOXELS, SceneVoxels},
     },
@@ -103,7 +104,7 @@ pub struct HintsCache {
     albedos: Tracked<Buffer>,
     /// The sum that is looked up.
     texture: Tracked<TextureView>,
-    /// Of each voxel of the pool, front and back, `rgb9e5`: what it reflects of a bounce.
+    /// Of each voxel of the pool, front and back, packed as emission: what it reflects of a bounce.
     reflected: Tracked<Buffer>,
     content: Option<Content>,
     /// Counts updates.
@@ -118,6 +119,8 @@ pub struct HintsCache {
     /// The slots as they were before the volume moved; of volumes that do.
     carried: Option<Tracked<Buffer>>,
     bind_group: Option<BindGroup>,
+    /// Nits of a unit of the texture.
+    unit: f32,
     pub(crate) job: Option<HintsJob>,
 }
 
@@ -129,6 +132,8 @@ impl TechniqueCache for HintsCache {
 
 /// What one frame's update runs.
 pub(crate) struct HintsJob {
+    /// Whether light changes, and not only the unit of the sum.
+    pub relights: bool,
     pub carry: Option<CarryJob>,
     /// Where light bounces from hint to hint: after a capture.
     pub albedo: Option<BindGroup>,
@@ -182,7 +187,7 @@ pub(crate) fn prepare_hints(
     settings: Res<RadianceHintsSettings>,
     debug: Res<GiDebugSettings>,
     history: Res<GiHistory>,
-    lighting: Res<LightingVersion>,
+    (lighting, units): (Res<LightingVersion>, Res<LightUnits>),
     rsm: Res<SceneRsm>,
     camera: Option<ResMut<CameraDepth>>,
     pipelines: Res<HintsPipelines>,
@@ -244,6 +249,7 @@ pub(crate) fn prepare_hints(
             &rsm,
             &camera,
             content,
+            units.light(),
             &pipelines,
             &cache,
             &device,
@@ -251,13 +257,15 @@ pub(crate) fn prepare_hints(
             &statistics,
         );
         let mut volume = commands.entity(entity);
-        match hints.job {
-            Some(_) => volume.insert(SETTLING),
-            None => volume.remove::<Settling>(),
+        // The same light in another unit is no reason to forget, nor to look again.
+        let relights = hints.job.as_ref().is_some_and(|job| job.relights);
+        match relights {
+            true => volume.insert(SETTLING),
+            false => volume.remove::<Settling>(),
         };
-        match hints.job {
-            Some(_) if hints.since >= BOUNCING_FRAMES => volume.insert(LookAgain),
-            _ => volume.remove::<LookAgain>(),
+        match relights && hints.since >= BOUNCING_FRAMES {
+            true => volume.insert(LookAgain),
+            false => volume.remove::<LookAgain>(),
         };
     }
 }
@@ -344,6 +352,7 @@ impl HintsCache {
             busy: 0,
             carried: None,
             bind_group: None,
+            unit: 1.0,
             job: None,
         }
     }
@@ -357,6 +366,7 @@ impl HintsCache {
         rsm: &SceneRsm,
         camera: &CameraDepth,
         content: Content,
+        unit: f32,
         pipelines: &HintsPipelines,
         cache: &PipelineCache,
         device: &RenderDevice,
@@ -397,9 +407,11 @@ impl HintsCache {
             HintSampling::VirtualPointLights => vpls.div_ceil(samples.max(1)),
             _ => 0,
         };
-        if self.since >= settings.settle_frames.max(looks) {
+        let relights = self.since < settings.settle_frames.max(looks);
+        if !relights && self.unit == unit {
             return;
         }
+        self.unit = unit;
         let fresh = before.is_none_or(|c| c.sources.history != content.sources.history);
 
         let sleeps = probes.gpu().sleeping != 0
@@ -450,6 +462,7 @@ impl HintsCache {
             taps: settings.taps,
             ring_cos: settings.ring_angle.to_radians().cos(),
             quiet: if sleeps { QUIET } else { 0.0 },
+            unit,
         });
         uniform.write_buffer(device, queue);
         let cache_group = device.create_bind_group(
@@ -473,6 +486,7 @@ impl HintsCache {
                 dims: self.dims,
                 first_gain,
                 later_gain,
+                unit,
             });
             uniform.write_buffer(device, queue);
             uniform
@@ -608,6 +622,7 @@ impl HintsCache {
         });
         let slot_bytes = self.slot_light.size() / u64::from(self.slots);
         self.job = Some(HintsJob {
+            relights,
             carry,
             albedo,
             lights,
@@ -617,6 +632,9 @@ impl HintsCache {
             sum: sum(content.shown, [settings.first_gain, settings.later_gain]),
         });
         self.bind_group = Some(cache_group);
+        if !relights {
+            return;
+        }
         self.content = Some(content);
         self.frame = self.frame.wrapping_add(1) % 4096;
         self.since += 1;

@@ -1,6 +1,5 @@
 // The light of some slots into the texture that is looked up.
 
-#import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::scene::probes::types::{probe_count, probe_index}
 #import bevy_gi::technique::hints::slots::{load_distances, slot_index, slots}
 #import bevy_gi::technique::hints::types::{SLOT_BOUNCES, SLOT_LIGHTS, Stage}
@@ -26,7 +25,7 @@ fn sum_slots(@builtin(global_invocation_id) id: vec3<u32>) {
         var gain = select(1.0, stage.first_gain, slot == SLOT_LIGHTS);
         gain = select(gain, stage.later_gain, slot >= SLOT_BOUNCES);
         for (var i = 0u; i < stage.coefficients; i++) {
-            sum[i] += gain * slots[slot_index(slot, i, probe, stage.coefficients, count)].rgb / RADIANCE_SCALE;
+            sum[i] += gain * slots[slot_index(slot, i, probe, stage.coefficients, count)].rgb / stage.unit;
         }
     }
     for (var color = 0u; color < 3u; color++) {

@@ -99,6 +99,8 @@ pub struct GpuHints {
     pub ring_cos: f32,
     /// Hints whose light has changed by less than that part of it are left out in some frames.
     pub quiet: f32,
+    /// Nits of a unit of what is looked up.
+    pub unit: f32,
 }
 
 /// Uniform of `carry.wgsl`.
@@ -129,6 +131,8 @@ pub struct GpuStage {
     pub first_gain: f32,
     /// and on that from [`SLOT_BOUNCES`] on.
     pub later_gain: f32,
+    /// Nits of a unit of the sum.
+    pub unit: f32,
 }
 
 /// What debug views show.

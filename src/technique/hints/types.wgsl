@@ -31,6 +31,7 @@ struct Hints {
     taps: u32,
     ring_cos: f32,
     quiet: f32,
+    unit: f32,
 }
 
 // The source of a slot's light, and the slots whose light is summed up, a bit each.
@@ -43,6 +44,7 @@ struct Stage {
     // Factors on the light of the slots of lamps and of bounces.
     first_gain: f32,
     later_gain: f32,
+    unit: f32,
 }
 
 // What debug views show.

@@ -4,7 +4,7 @@
 #import bevy_gi::technique::vct::types::Cones
 
 @group(2) @binding(0) var<uniform> cones: Cones;
-// Premultiplied radiance / RADIANCE_SCALE and opacity of cells of 2 voxels, by direction of travel:
+// Premultiplied radiance / `cones.unit` and opacity of cells of 2 voxels, by direction of travel:
 // six blocks along z. Each mip level has cells of twice the size.
 @group(2) @binding(1) var cells: texture_3d<f32>;
 @group(2) @binding(2) var cell_sampler: sampler;

@@ -4,10 +4,9 @@
 #import bevy_gi::debug::cubes::{
     Cubes, Fragment, VoxelView, begin_cubes, next_cube, paint_cube, paint_empty,
 }
-#import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::scene::bindings::volume
 #import bevy_gi::surface::view
-#import bevy_gi::technique::vct::bindings::cells
+#import bevy_gi::technique::vct::bindings::{cells, cones}
 
 @group(3) @binding(0) var<uniform> shown: VoxelView;
 
@@ -33,7 +32,7 @@ fn content(cubes: Cubes) -> vec3<f32> {
     if shown.content == #{VIEW_VOXEL_OPACITY}u {
         return vec3(value.a);
     }
-    return value.rgb / max(value.a, 1e-4) * RADIANCE_SCALE * view.exposure;
+    return value.rgb / max(value.a, 1e-4) * cones.unit * view.exposure;
 }
 
 @fragment

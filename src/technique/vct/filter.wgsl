@@ -4,11 +4,12 @@
 // a row the nearer covers the further one, and the four rows are averaged. So a thin wall stays
 // opaque, and each of its sides keeps its own light, at every level.
 
-#import bevy_gi::gpu::pack::{RADIANCE_SCALE, unpack_radiance}
+#import bevy_gi::gpu::pack::unpack_radiance
 #import bevy_gi::scene::voxels::types::{BRICK_VOXELS, WORDS, brick_coords, local_index, unpack_voxel}
 
 struct Mip {
     cells: vec3<u32>,
+    unit: f32,
 }
 
 @group(0) @binding(0) var<uniform> mip: Mip;
@@ -82,8 +83,9 @@ fn filter_voxels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
         let words = index * WORDS;
         let voxel = unpack_voxel(vec3(pool[words], pool[words + 1u], pool[words + 2u]));
         let light = radiance[index];
-        front[i] = unpack_radiance(light.x) / RADIANCE_SCALE;
-        back[i] = unpack_radiance(light.y) / RADIANCE_SCALE;
+        // Half floats end there.
+        front[i] = min(unpack_radiance(light.x) / mip.unit, vec3(65504.0));
+        back[i] = min(unpack_radiance(light.y) / mip.unit, vec3(65504.0));
         normal[i] = select(vec3(0.0), voxel.normal, voxel.exists);
         two_sided[i] = voxel.two_sided;
     }

@@ -2,7 +2,6 @@
 #define_import_path bevy_gi::technique::vct::lookup
 
 #import bevy_gi::gpu::basis::orthonormal
-#import bevy_gi::gpu::pack::RADIANCE_SCALE
 #import bevy_gi::scene::bindings::volume
 #import bevy_gi::scene::sky::sky_radiance
 #import bevy_gi::technique::vct::bindings::{cell_sampler, cells, cones}
@@ -22,7 +21,7 @@ struct Cone {
     jitter: f32,
 }
 
-// Radiance (scaled, premultiplied) and opacity of a cell at `uvw` as met in direction `dir`. The
+// Radiance (in units of the cells, premultiplied) and opacity of a cell at `uvw` as met in direction `dir`. The
 // three directions of travel that make up `dir` count by its components: a flat wall, opaque along
 // its normal only, then has the same optical depth at every angle. `near_normal` suppresses what
 // lies in the plane the cone starts from.
@@ -97,7 +96,7 @@ fn trace_cone(cone: Cone) -> vec4<f32> {
     }
     // All that is blocked looks like what was met from its front.
     let blocked = 1.0 - clear;
-    return vec4(light * RADIANCE_SCALE * blocked / max(hit, 1e-4), blocked);
+    return vec4(light * cones.unit * blocked / max(hit, 1e-4), blocked);
 }
 
 // Opacity of a whole cell, brought to the length of a step.

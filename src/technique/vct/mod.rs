@@ -25,7 +25,7 @@
 //!
 //! # Memory
 //!
-//! The cache is one `Rgba16Float` 3D texture: premultiplied radiance / 64 and opacity of cells of 2
+//! The cache is one `Rgba16Float` 3D texture: premultiplied radiance and opacity of cells of 2
 //! voxels, for the six directions of travel, stacked along z; `levels` mip levels. 128 voxels along
 //! each side: 64 x 64 x 384 texels, 14 MiB.
 //!

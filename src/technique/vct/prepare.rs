@@ -19,6 +19,7 @@ use crate::{
     gpu::statistics::{GiStatistics, Tracked},
     scene::{
         bind_group::LightingVersion,
+        units::LightUnits,
         volume::{ExtractedVolume, Grid},
         voxels::{BRICK_VOXELS, SLICES, SceneVoxels},
     },
@@ -50,7 +51,7 @@ pub struct VctCache {
     /// All levels and directions.
     texture: Tracked<Texture>,
     sampler: Sampler,
-    /// Of each voxel of the pool, front and back, `rgb9e5`: one holds bounced irradiance over pi, the
+    /// Of each voxel of the pool, front and back, packed as emission: one holds bounced irradiance over pi, the
     /// other radiance. After a capture they change places: once the bounced light is carried over,
     /// nobody needs the old one, and radiance is computed afresh.
     voxel_light: [Tracked<Buffer>; 2],
@@ -63,6 +64,8 @@ pub struct VctCache {
     frame: u32,
     bind_group: Option<BindGroup>,
     cones: Option<VoxelConeTracingSettings>,
+    /// Nits of a unit of the cells' radiance.
+    unit: f32,
     pub(crate) job: Option<VctJob>,
 }
 
@@ -74,6 +77,8 @@ impl TechniqueCache for VctCache {
 
 /// What one frame's update runs.
 pub(crate) struct VctJob {
+    /// Whether light changes, and not only its unit.
+    relights: bool,
     /// The bounced light is dropped first.
     pub clear: Option<Tracked<Buffer>>,
     /// After a capture.
@@ -98,7 +103,7 @@ pub(crate) fn prepare_vct(
     cameras: Query<&ExtractedGiCamera>,
     settings: Res<VoxelConeTracingSettings>,
     history: Res<GiHistory>,
-    lighting: Res<LightingVersion>,
+    (lighting, units): (Res<LightingVersion>, Res<LightUnits>),
     pipelines: Res<VctPipelines>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
@@ -125,8 +130,14 @@ pub(crate) fn prepare_vct(
         if (vct.dims, vct.capacity) != (voxels.grid.dims, voxels.capacity) {
             *vct = VctCache::new(voxels, &device, &statistics);
         }
-        vct.update_bind_group(&settings, &pipelines, &cache, &device, &queue);
+        let unit = units.emitters();
+        let rescaled = vct.content.is_some() && vct.unit != unit;
+        vct.unit = unit;
+        if rescaled || vct.cones.as_ref() != Some(&*settings) {
+            vct.update_bind_group(&settings, &pipelines, &cache, &device, &queue);
+        }
         vct.plan(
+            rescaled,
             voxels,
             Content {
                 voxels: voxels.version,
@@ -140,9 +151,10 @@ pub(crate) fn prepare_vct(
             &queue,
         );
         let mut volume = commands.entity(entity);
+        // The same light in another unit is no reason to forget.
         match vct.job {
-            Some(_) => volume.insert(SETTLING),
-            None => volume.remove::<Settling>(),
+            Some(VctJob { relights: true, .. }) => volume.insert(SETTLING),
+            _ => volume.remove::<Settling>(),
         };
     }
 }
@@ -186,6 +198,7 @@ impl VctCache {
             frame: 0,
             bind_group: None,
             cones: None,
+            unit: 1.0,
             job: None,
         }
     }
@@ -198,11 +211,8 @@ impl VctCache {
         device: &RenderDevice,
         queue: &RenderQueue,
     ) {
-        if self.cones.as_ref() == Some(settings) {
-            return;
-        }
         self.cones = Some(settings.clone());
-        let mut uniform = UniformBuffer::from(GpuCones::from(settings));
+        let mut uniform = UniformBuffer::from(GpuCones::new(settings, self.unit));
         uniform.write_buffer(device, queue);
         self.bind_group = Some(device.create_bind_group(
             "gi/vct/cache",
@@ -215,9 +225,11 @@ impl VctCache {
         ));
     }
 
-    /// Decides what this frame does.
+    /// Decides what this frame does. Cells that are `rescaled` are in another unit than before.
+    #[allow(clippy::too_many_arguments, reason = "what a frame depends on")]
     fn plan(
         &mut self,
+        rescaled: bool,
         voxels: &SceneVoxels,
         content: Content,
         pipelines: &VctPipelines,
@@ -238,10 +250,10 @@ impl VctCache {
         if reset {
             self.frame = 0;
         }
-        if self.frames_left == 0 {
+        let relights = self.frames_left > 0;
+        if !relights && !rescaled {
             return;
         }
-        self.frames_left -= 1;
         if captured {
             self.bounced = 1 - self.bounced;
         }
@@ -291,8 +303,12 @@ impl VctCache {
                 )),
             )
         });
-        // The radiance that a reset leaves behind is not looked up: it is of the time before.
-        let bouncing = settings.bounces > 0 && !reset && before.is_some();
+        // The radiance that a reset leaves behind is not looked up: it is of the time before. Nor is that in
+        // another unit; bounces wait for a frame.
+        let bouncing = settings.bounces > 0 && !reset && !rescaled && relights;
+        if relights && !rescaled {
+            self.frames_left -= 1;
+        }
         let mut bounce = Vec::new();
         if bouncing {
             let first = (self.frame % frames_per_bounce) * slices_per_frame;
@@ -315,6 +331,7 @@ impl VctCache {
         let mip = |level: usize| {
             let mut uniform = UniformBuffer::from(GpuMip {
                 cells: cells[level],
+                unit: self.unit,
             });
             uniform.write_buffer(device, queue);
             uniform
@@ -352,6 +369,7 @@ impl VctCache {
             })
             .collect();
         self.job = Some(VctJob {
+            relights,
             clear: (reset && !captured).then(|| bounced.clone()),
             carry,
             bounce,

@@ -32,10 +32,13 @@ pub struct GpuCones {
     pub specular: u32,
     /// Tangent of half a specular cone over `roughness^2`.
     pub specular_scale: f32,
+    /// Nits of a unit of the cells' radiance.
+    pub unit: f32,
 }
 
-impl From<&VoxelConeTracingSettings> for GpuCones {
-    fn from(s: &VoxelConeTracingSettings) -> Self {
+impl GpuCones {
+    /// Of cells in a unit of that many nits.
+    pub fn new(s: &VoxelConeTracingSettings, unit: f32) -> Self {
         Self {
             cones: match s.cone_layout {
                 ConeLayout::Spiral => s.cones,
@@ -54,6 +57,7 @@ impl From<&VoxelConeTracingSettings> for GpuCones {
             finest_density: s.finest_density,
             specular: s.specular.into(),
             specular_scale: 1.0,
+            unit,
         }
     }
 }
@@ -76,4 +80,6 @@ pub struct GpuVoxelPass {
 pub struct GpuMip {
     /// Cells of the destination level.
     pub cells: UVec3,
+    /// Nits of a unit of their radiance.
+    pub unit: f32,
 }

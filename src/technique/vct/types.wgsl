@@ -16,4 +16,5 @@ struct Cones {
     finest_density: f32,
     specular: u32,
     specular_scale: f32,
+    unit: f32,
 }
