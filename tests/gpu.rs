@@ -36,3 +36,5 @@ mod support;
 mod time;
 #[path = "gpu/voxels.rs"]
 mod voxels;
+#[path = "gpu/world.rs"]
+mod world;

@@ -108,6 +108,7 @@ impl<'a> LitScene<'a> {
         let reach = reach(light);
         let casters = self.casters.iter().copied();
         let reached: Vec<_> = casters
+            .filter(|c| c.layers.intersects(&light.layers))
             .filter(|c| reach.is_none_or(|reach| overlaps(&c.bounds, &reach)))
             .collect();
         let views = light_views(light, &self.volumes, &reached);
@@ -198,6 +199,8 @@ fn light_views(light: &SceneLight, volumes: &Aabb3d, casters: &[&Caster]) -> Vec
 
 #[cfg(test)]
 mod tests {
+    use bevy::camera::visibility::RenderLayers;
+
     use super::*;
 
     fn cube(center: Vec3) -> Aabb3d {
@@ -228,6 +231,7 @@ mod tests {
             entity: Entity::PLACEHOLDER,
             bounds: cube(center),
             shadow: true,
+            layers: RenderLayers::default(),
             changed: 0,
         };
         let above = caster(Vec3::new(0.5, 8.0, 0.5));

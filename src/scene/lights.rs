@@ -8,7 +8,7 @@ use std::f32::consts::PI;
 
 use bevy::{
     app::{App, Last, Plugin},
-    camera::visibility::InheritedVisibility,
+    camera::visibility::{InheritedVisibility, RenderLayers},
     color::{Color, ColorToComponents},
     ecs::prelude::*,
     light::{DirectionalLight, PointLight, RectLight, SpotLight},
@@ -24,6 +24,7 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
+use super::viewers::Viewers;
 use crate::{
     gpu::statistics::GiStatistics,
     settings::{Clamp, Clamped, FieldRange, GiSettings},
@@ -137,10 +138,12 @@ pub struct GpuLight {
 }
 
 /// A light that takes part.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SceneLight {
     /// Main-world entity.
     pub entity: Entity,
+    /// Its render layers. As in Bevy, only meshes that share one stand in its way.
+    pub layers: RenderLayers,
     /// As shaders see it; `shadow` is filled in by [`shadows`](super::shadows).
     pub gpu: GpuLight,
     /// Whether it wants shadow maps.
@@ -225,6 +228,7 @@ type LightQuery<'w, 's, L> = Query<
         &'static L,
         &'static GlobalTransform,
         &'static InheritedVisibility,
+        Option<&'static RenderLayers>,
         Option<&'static GiLight>,
     ),
 >;
@@ -304,9 +308,15 @@ impl ToGpuLight for RectLight {
     }
 }
 
-fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut Vec<SceneLight>) {
-    for (entity, light, transform, visibility, gi) in lights {
-        if !visibility.get() || (gi.is_none() && !auto_lights) {
+fn collect<L: ToGpuLight>(
+    lights: &LightQuery<L>,
+    viewers: &Viewers,
+    auto_lights: bool,
+    out: &mut Vec<SceneLight>,
+) {
+    for (entity, light, transform, visibility, layers, gi) in lights {
+        let layers = layers.unwrap_or_default();
+        if !visibility.get() || !viewers.see(layers) || (gi.is_none() && !auto_lights) {
             continue;
         }
         let share = gi.copied().unwrap_or_default();
@@ -323,6 +333,7 @@ fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut V
             gpu.shadow = -1;
             out.push(SceneLight {
                 entity,
+                layers: layers.clone(),
                 gpu,
                 shadows: share.shadows,
                 rsm_size: (share.rsm_size > 0).then_some(share.rsm_size),
@@ -334,6 +345,7 @@ fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut V
 
 pub(crate) fn extract_lights(
     settings: Extract<Res<GiSettings>>,
+    viewers: Extract<Res<Viewers>>,
     directional: Extract<LightQuery<DirectionalLight>>,
     point: Extract<LightQuery<PointLight>>,
     spot: Extract<LightQuery<SpotLight>>,
@@ -341,10 +353,10 @@ pub(crate) fn extract_lights(
     mut scene: ResMut<SceneLights>,
 ) {
     let mut lights = Vec::new();
-    collect(&directional, settings.auto_lights, &mut lights);
-    collect(&point, settings.auto_lights, &mut lights);
-    collect(&spot, settings.auto_lights, &mut lights);
-    collect(&rect, settings.auto_lights, &mut lights);
+    collect(&directional, &viewers, settings.auto_lights, &mut lights);
+    collect(&point, &viewers, settings.auto_lights, &mut lights);
+    collect(&spot, &viewers, settings.auto_lights, &mut lights);
+    collect(&rect, &viewers, settings.auto_lights, &mut lights);
     // The strongest get the maps; the entity makes the order, and so the sums, repeatable.
     lights.sort_by(|a, b| {
         let sun = |l: &SceneLight| l.gpu.kind == LightKind::Directional as u32;

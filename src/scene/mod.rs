@@ -18,7 +18,9 @@ pub mod voxels;
 pub(crate) mod capture;
 pub(crate) mod light_views;
 pub(crate) mod needs;
+pub(crate) mod shapes;
 pub(crate) mod sky;
+pub(crate) mod viewers;
 
 use bevy::{
     app::{App, Plugin},

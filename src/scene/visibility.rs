@@ -1,29 +1,38 @@
 //! Which meshes take part, and whether anything about them changed.
 //!
-//! Bevy extracts only what some camera sees. Meshes inside a [`GiVolume`] bounce
-//! light whether seen or not, so they are marked visible here; cameras draw nothing more, since
-//! each keeps its own list.
+//! Bevy extracts only what some camera sees. What takes part here is what some GI camera would see if it
+//! looked there (see [`viewers`](super::viewers)), so such meshes are marked visible; cameras draw nothing
+//! more, since each keeps its own list.
+//!
+//! Change is found by comparing values, not by Bevy's change detection: components are written again all the
+//! time with what they were before, by animation players at rest for one.
 
 use std::{
     any::TypeId,
-    collections::HashMap,
+    collections::{BTreeMap, HashMap, HashSet},
     hash::{BuildHasher, Hash, Hasher},
 };
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
-    asset::AssetEvent,
+    asset::{AssetEvent, AssetId, Assets, UntypedAssetId},
     camera::{
         primitives::Aabb,
-        visibility::{InheritedVisibility, SetViewVisibility, ViewVisibility, VisibilitySystems},
+        visibility::{
+            InheritedVisibility, RenderLayers, SetViewVisibility, ViewVisibility, VisibilityRange,
+            VisibilitySystems,
+        },
     },
-    ecs::prelude::*,
+    ecs::{entity::EntityHashMap, prelude::*, system::SystemParam},
     light::NotShadowCaster,
-    math::{Vec3, Vec3A, bounding::Aabb3d},
+    math::{
+        Affine3A, Vec3, Vec3A,
+        bounding::{Aabb3d, BoundingVolume},
+    },
     mesh::{
         Mesh, Mesh3d,
         morph::{MeshMorphWeights, MorphWeights},
-        skinning::SkinnedMesh,
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
     platform::hash::FixedHasher,
     reflect::prelude::*,
@@ -31,7 +40,12 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::volume::{GiVolume, VolumeGrid};
+use super::{
+    shapes::{MeshShapes, Pose},
+    viewers::{Viewer, Viewers},
+    volume::{GiVolume, VolumeGrid},
+};
+use crate::camera::GiCamera;
 
 /// A mesh that casts and bounces nothing: it receives indirect light only.
 ///
@@ -41,14 +55,16 @@ use super::volume::{GiVolume, VolumeGrid};
 pub struct NotGiCaster;
 
 /// A mesh that takes part.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Caster {
     /// Main-world entity.
     pub entity: Entity,
-    /// Bounds in the world, metres.
+    /// Bounds in the world, metres. Where they are unknown, all that counts around the volumes.
     pub bounds: Aabb3d,
     /// Whether it casts shadows.
     pub shadow: bool,
+    /// Its render layers. As in Bevy, it stands in the way only of lights with which it shares one.
+    pub layers: RenderLayers,
     /// [`SceneCasters::version`] of when it last changed.
     pub changed: u64,
 }
@@ -62,8 +78,10 @@ pub struct SceneCasters {
     pub version: u64,
     /// Largest component of any emission, by type of material.
     max_emissive: HashMap<TypeId, f32>,
-    /// Whether a material has changed since the casters were last collected.
-    materials_changed: bool,
+    /// Which material each mesh has, by type of material.
+    materials: BTreeMap<TypeId, EntityHashMap<UntypedAssetId>>,
+    /// Materials that have changed since the casters were last collected.
+    changed_materials: HashSet<UntypedAssetId>,
 }
 
 impl SceneCasters {
@@ -83,10 +101,19 @@ impl SceneCasters {
         hasher.finish()
     }
 
-    /// What is new of a type of material.
-    pub(crate) fn note_material(&mut self, material: TypeId, max_emissive: f32, changed: bool) {
+    /// What is new of the emission of a type of material.
+    pub(crate) fn note_emission(&mut self, material: TypeId, max_emissive: f32) {
         self.max_emissive.insert(material, max_emissive);
-        self.materials_changed |= changed;
+    }
+
+    /// Which mesh has which material of a type.
+    pub(crate) fn materials(&mut self, material: TypeId) -> &mut EntityHashMap<UntypedAssetId> {
+        self.materials.entry(material).or_default()
+    }
+
+    /// A material looks different now.
+    pub(crate) fn note_material(&mut self, material: UntypedAssetId) {
+        self.changed_materials.insert(material);
     }
 }
 
@@ -94,113 +121,229 @@ pub(crate) struct VisibilityPlugin;
 
 impl Plugin for VisibilityPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<SceneCasters>().add_systems(
-            PostUpdate,
-            collect_casters
-                .in_set(VisibilitySystems::CheckVisibility)
-                .after(super::volume::update_grids)
-                .ambiguous_with_all(),
-        );
+        app.init_resource::<SceneCasters>()
+            .init_resource::<Viewers>()
+            .add_systems(
+                PostUpdate,
+                (update_viewers, collect_casters)
+                    .chain()
+                    .in_set(VisibilitySystems::CheckVisibility)
+                    .after(super::volume::update_grids)
+                    .ambiguous_with_all(),
+            );
     }
+}
+
+fn update_viewers(cameras: Query<Viewer, With<GiCamera>>, mut viewers: ResMut<Viewers>) {
+    viewers.set_if_neq(Viewers::new(cameras.iter()));
 }
 
 type CasterData = (
     Entity,
     &'static InheritedVisibility,
     &'static mut ViewVisibility,
-    Ref<'static, GlobalTransform>,
-    Ref<'static, Aabb>,
-    Ref<'static, Mesh3d>,
+    &'static GlobalTransform,
+    &'static Mesh3d,
+    Option<&'static Aabb>,
+    Option<&'static RenderLayers>,
+    Option<&'static VisibilityRange>,
     Has<NotShadowCaster>,
-    Option<Ref<'static, MeshMorphWeights>>,
+    Option<&'static MeshMorphWeights>,
     Option<&'static SkinnedMesh>,
 );
 
-pub(crate) fn collect_casters(
-    volumes: Query<&VolumeGrid, With<GiVolume>>,
-    mut meshes: Query<CasterData, Without<NotGiCaster>>,
-    joints: Query<Ref<GlobalTransform>>,
-    weights: Query<Ref<MorphWeights>>,
-    mut mesh_events: MessageReader<AssetEvent<Mesh>>,
-    mut scene: ResMut<SceneCasters>,
-    mut last: Local<Vec<Caster>>,
-) {
-    let grids: Vec<_> = volumes.iter().filter_map(|grid| grid.0).collect();
-    // Lights stand outside of a volume too, and what stands between throws its shadow inside: so
-    // everything casts that is not further away than the volume is wide.
-    let bounds: Vec<_> = grids
-        .iter()
-        .map(|g| Aabb3d::new(g.center(), g.size() * 0.5 + g.size().max_element()))
-        .collect();
+/// What poses meshes.
+#[derive(SystemParam)]
+pub(crate) struct Poses<'w, 's> {
+    joints: Query<'w, 's, &'static GlobalTransform>,
+    weights: Query<'w, 's, &'static MorphWeights>,
+    bind_poses: Res<'w, Assets<SkinnedMeshInverseBindposes>>,
+}
 
-    // Assets may arrive or change without any component changing.
-    let all_changed = !mesh_events.is_empty() | std::mem::take(&mut scene.materials_changed);
-    mesh_events.clear();
-    let next = scene.version + 1;
+impl Poses<'_, '_> {
+    /// For each joint what takes vertices to the world, as `bevy_pbr::render::skin` has it.
+    fn joints(&self, skin: &SkinnedMesh, out: &mut Vec<Affine3A>) {
+        let poses = self.bind_poses.get(&skin.inverse_bindposes);
+        out.clear();
+        out.extend(skin.joints.iter().enumerate().map(|(i, joint)| {
+            match (poses.and_then(|p| p.get(i)), self.joints.get(*joint)) {
+                (Some(pose), Ok(joint)) => joint.affine() * Affine3A::from_mat4(*pose),
+                _ => Affine3A::IDENTITY,
+            }
+        }));
+    }
 
-    std::mem::swap(&mut *last, &mut scene.casters);
-    scene.casters.clear();
-    for (entity, inherited, mut view, transform, aabb, mesh, no_shadow, morph, skin) in &mut meshes
-    {
-        if !inherited.get() || bounds.is_empty() {
-            continue;
+    /// Weights of a mesh's morph targets. glTF files have one set for all meshes of a node.
+    fn weights<'a>(&'a self, morph: &'a MeshMorphWeights) -> Option<&'a [f32]> {
+        match morph {
+            MeshMorphWeights::Value { weights } => Some(weights),
+            MeshMorphWeights::Reference(entity) => {
+                self.weights.get(*entity).ok().map(MorphWeights::weights)
+            }
         }
-        let Some(world) = world_bounds(&transform, &aabb) else {
-            continue;
-        };
-        if !bounds.iter().any(|b| overlaps(b, &world)) {
-            continue;
-        }
-        view.set_visible();
-        let changed = all_changed
-            || transform.is_changed()
-            || aabb.is_changed()
-            || mesh.is_changed()
-            || morph.is_some_and(|morph| {
-                // glTF files have one set of weights for all meshes of a node.
-                let shared = match &*morph {
-                    MeshMorphWeights::Reference(entity) => weights.get(*entity).ok(),
-                    MeshMorphWeights::Value { .. } => None,
-                };
-                morph.is_changed() || shared.is_some_and(|weights| weights.is_changed())
-            })
-            || skin.is_some_and(|skin| {
-                let moved = |joint| joints.get(joint).is_ok_and(|t| t.is_changed());
-                skin.joints.iter().copied().any(moved)
-            });
-        scene.casters.push(Caster {
-            entity,
-            bounds: world,
-            shadow: !no_shadow,
-            changed: if changed { next } else { 0 },
-        });
-    }
-    scene.casters.sort_unstable_by_key(|c| c.entity);
-    for caster in &mut scene.casters {
-        let before = last.binary_search_by_key(&caster.entity, |old| old.entity);
-        let before = before.map(|i| last[i]);
-        let same = before.is_ok_and(|old| {
-            caster.changed == 0 && (old.bounds, old.shadow) == (caster.bounds, caster.shadow)
-        });
-        caster.changed = before.ok().filter(|_| same).map_or(next, |old| old.changed);
-    }
-    if *last != scene.casters {
-        scene.version = next;
     }
 }
 
-/// Bounds of a mesh in the world; `None` if they are not finite.
-fn world_bounds(transform: &GlobalTransform, aabb: &Aabb) -> Option<Aabb3d> {
-    let affine = transform.affine();
-    let center = affine.transform_point3a(aabb.center);
-    let half = aabb.half_extents;
-    let m = affine.matrix3;
-    let half: Vec3A = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
-    let bounds = Aabb3d {
-        min: center - half,
-        max: center + half,
-    };
-    (bounds.min.is_finite() && bounds.max.is_finite()).then_some(bounds)
+/// A caster, and a number for all of its looks that are not in [`Caster`].
+pub(crate) struct Seen {
+    caster: Caster,
+    look: u64,
+}
+
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
+pub(crate) fn collect_casters(
+    volumes: Query<&VolumeGrid, With<GiVolume>>,
+    viewers: Res<Viewers>,
+    mut meshes: Query<CasterData, Without<NotGiCaster>>,
+    poses: Poses,
+    assets: Res<Assets<Mesh>>,
+    mut mesh_events: MessageReader<AssetEvent<Mesh>>,
+    mut shapes: Local<MeshShapes>,
+    mut changed_meshes: Local<HashSet<AssetId<Mesh>>>,
+    mut scene: ResMut<SceneCasters>,
+    mut last: Local<Vec<Seen>>,
+    mut joints: Local<Vec<Affine3A>>,
+) {
+    let surroundings = Surroundings::new(volumes.iter());
+    changed_meshes.clear();
+    for event in mesh_events.read() {
+        shapes.hear(event, &assets);
+        if let Some(id) = changed_asset(event) {
+            changed_meshes.insert(id);
+        }
+    }
+
+    let scene = &mut *scene;
+    let next = scene.version + 1;
+    let mut seen = Vec::with_capacity(last.len());
+    for (
+        entity,
+        inherited,
+        mut view,
+        transform,
+        mesh,
+        aabb,
+        layers,
+        range,
+        no_shadow,
+        morph,
+        skin,
+    ) in &mut meshes
+    {
+        let layers = layers.unwrap_or_default();
+        let affine = transform.affine();
+        if !inherited.get() || !viewers.see(layers) || !affine.is_finite() {
+            continue;
+        }
+        let center = aabb.filter(|_| range.is_some_and(|range| range.use_aabb));
+        let center = center.map_or(affine.translation, |aabb| {
+            affine.transform_point3a(aabb.center)
+        });
+        if range.is_some_and(|range| !viewers.see_level(range, center)) {
+            continue;
+        }
+        let Some(shape) = shapes.get(mesh.id(), &assets) else {
+            continue;
+        };
+        if let Some(skin) = skin {
+            poses.joints(skin, &mut joints);
+        }
+        let pose = Pose {
+            transform: &affine,
+            aabb,
+            joints: skin.is_some().then_some(&joints[..]),
+            weights: morph.and_then(|morph| poses.weights(morph)),
+        };
+        let Some(bounds) = surroundings.reached_by(shape.bounds(&pose)) else {
+            continue;
+        };
+        view.set_visible();
+        let mut look = FixedHasher.build_hasher();
+        mesh.id().hash(&mut look);
+        hash_floats(&affine.to_cols_array(), &mut look);
+        for joint in pose.joints.unwrap_or_default() {
+            hash_floats(&joint.to_cols_array(), &mut look);
+        }
+        hash_floats(pose.weights.unwrap_or_default(), &mut look);
+        let mut changed = changed_meshes.contains(&mesh.id());
+        for material in scene.materials.values().filter_map(|of| of.get(&entity)) {
+            material.hash(&mut look);
+            changed |= scene.changed_materials.contains(material);
+        }
+        seen.push(Seen {
+            caster: Caster {
+                entity,
+                bounds,
+                shadow: !no_shadow,
+                layers: layers.clone(),
+                changed: if changed { next } else { 0 },
+            },
+            look: look.finish(),
+        });
+    }
+    scene.changed_materials.clear();
+
+    seen.sort_unstable_by_key(|seen| seen.caster.entity);
+    for Seen { caster, look } in &mut seen {
+        let before = last.binary_search_by_key(&caster.entity, |old| old.caster.entity);
+        let since = before.ok().map(|i| &last[i]).and_then(|old| {
+            let unchanged = Caster {
+                changed: old.caster.changed,
+                ..caster.clone()
+            };
+            (caster.changed == 0 && old.look == *look && old.caster == unchanged)
+                .then_some(old.caster.changed)
+        });
+        caster.changed = since.unwrap_or(next);
+    }
+    if !seen.iter().map(|s| &s.caster).eq(&scene.casters) {
+        scene.casters = seen.iter().map(|s| s.caster.clone()).collect();
+        scene.version = next;
+    }
+    *last = seen;
+}
+
+/// The asset that looks different after an event.
+pub(crate) fn changed_asset<A: bevy::asset::Asset>(event: &AssetEvent<A>) -> Option<AssetId<A>> {
+    match *event {
+        AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Unused { id } => {
+            Some(id)
+        }
+        // As in Bevy's renderer: what is removed from its assets is drawn as long as something uses it.
+        AssetEvent::Removed { .. } | AssetEvent::LoadedWithDependencies { .. } => None,
+    }
+}
+
+fn hash_floats(floats: &[f32], hasher: &mut impl Hasher) {
+    for float in floats {
+        float.to_bits().hash(hasher);
+    }
+}
+
+/// Where meshes count: in the volumes, and where they may stand between a volume and a light.
+struct Surroundings(Vec<Aabb3d>);
+
+impl Surroundings {
+    fn new<'a>(grids: impl Iterator<Item = &'a VolumeGrid>) -> Self {
+        // Lights stand outside of a volume too, and what stands between throws its shadow inside: so
+        // everything casts that is not further away than the volume is wide.
+        let around = |g: super::volume::Grid| {
+            Aabb3d::new(g.center(), g.size() * 0.5 + g.size().max_element())
+        };
+        Self(grids.filter_map(|grid| grid.0).map(around).collect())
+    }
+
+    /// Bounds of what counts; `None` in place of bounds: they are unknown, and it may be anywhere.
+    fn reached_by(&self, bounds: Option<Aabb3d>) -> Option<Aabb3d> {
+        match bounds {
+            Some(bounds) => self
+                .0
+                .iter()
+                .any(|b| overlaps(b, &bounds))
+                .then_some(bounds),
+            None => self.0.iter().copied().reduce(|a, b| a.merge(&b)),
+        }
+    }
 }
 
 /// Whether two boxes touch.

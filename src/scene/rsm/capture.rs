@@ -74,8 +74,10 @@ pub(crate) struct RsmMap {
     pub layer: Option<u32>,
     /// Whether a mesh has come into view or left it since.
     pub in_doubt: bool,
-    /// Whether something was still missing in it.
+    /// Whether it was drawn before all pipelines were compiled.
     pub incomplete: bool,
+    /// Whether a mesh was missing then, as its assets were.
+    pub waits: bool,
     /// Frames since it was last drawn.
     pub age: u32,
     /// Frames that it stays as it is at least.
@@ -194,6 +196,7 @@ pub(crate) fn extract_rsm_views(
                         layer: None,
                         in_doubt: false,
                         incomplete: false,
+                        waits: false,
                         age: u32::MAX,
                         interval: light.rsm_interval,
                         draw_now: false,

@@ -144,6 +144,7 @@ impl SceneRsm {
                 new.drawn = old.drawn;
                 new.in_doubt = old.in_doubt;
                 new.incomplete = old.incomplete;
+                new.waits = old.waits;
                 new.age = old.age.saturating_add(1);
             }
         }
@@ -296,7 +297,8 @@ pub(super) fn prepare_maps(
             let map = &rsm.maps[*i];
             match map.drawn {
                 None => true,
-                Some(_) if map.incomplete => true,
+                // What was missing has come, or may have.
+                Some(_) if map.incomplete || (map.waits && map.in_doubt) => true,
                 Some(_) if settings.freeze_capture || map.age < map.interval => false,
                 Some(drawn) => drawn != map.wanted() || map.in_doubt,
             }
@@ -313,7 +315,8 @@ pub(super) fn prepare_maps(
             map.age = 0;
             map.drawn = Some(map.wanted());
             map.in_doubt = false;
-            map.incomplete = !ready || views.waits(map.light, map.face);
+            map.incomplete = !ready;
+            map.waits = views.waits(map.light, map.face);
             queue.0.extend(views.get(map.light, map.face));
         }
     }

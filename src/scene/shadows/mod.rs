@@ -88,6 +88,8 @@ struct ShadowMap {
     content: u64,
     /// What the layer shows: the matrix, and the content.
     drawn: Option<(Mat4, u64)>,
+    /// Whether a mesh was missing then, as its assets were.
+    waits: bool,
     draw_now: bool,
 }
 
@@ -205,6 +207,7 @@ fn extract_shadow_views(
                     clip_from_world: view.view.clip_from_world(),
                     content: view.content,
                     drawn: None,
+                    waits: false,
                     draw_now: false,
                 });
                 wanted.push(view.wanted(light.entity, shadows.size));
@@ -220,6 +223,7 @@ fn extract_shadow_views(
     for (new, old) in maps.iter_mut().zip(&shadows.maps) {
         if (new.light, new.face) == (old.light, old.face) {
             new.drawn = old.drawn;
+            new.waits = old.waits;
         }
     }
     shadows.maps = maps;
@@ -292,11 +296,12 @@ fn prepare_shadows(
     let mut matrices_changed = shadows.matrices.get().is_empty();
     for (i, map) in shadows.maps.iter_mut().enumerate() {
         let current = (map.clip_from_world, map.content);
-        let frozen = settings.freeze_capture && map.drawn.is_some();
+        let frozen = settings.freeze_capture && map.drawn.is_some() && !map.waits;
         let changed = views.changed(map.light, map.face);
         map.draw_now = !frozen && (map.drawn != Some(current) || changed);
         if map.draw_now {
             map.drawn = (ready && !changed).then_some(current);
+            map.waits = views.waits(map.light, map.face);
             queue.0.extend(views.get(map.light, map.face));
             shadows.version += 1;
         }
