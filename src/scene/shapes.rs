@@ -5,8 +5,6 @@
 //! from the mesh asset itself, of which this is a cache; an [`Aabb`] can only enlarge them, where a vertex
 //! shader moves things.
 
-use std::collections::HashMap;
-
 use bevy::{
     asset::{AssetEvent, AssetId, Assets, RenderAssetUsages},
     camera::primitives::Aabb,
@@ -18,6 +16,7 @@ use bevy::{
         Mesh, MeshAccessError, PrimitiveTopology, VertexAttributeValues, morph::MorphAttributes,
         skinning::SkinnedMeshBounds,
     },
+    platform::collections::HashMap,
 };
 
 /// Something of a mesh that may lie in the render world only, where nobody can ask for it.

@@ -9,7 +9,7 @@
 
 use std::{
     any::TypeId,
-    collections::{BTreeMap, HashMap, HashSet},
+    collections::BTreeMap,
     hash::{BuildHasher, Hash, Hasher},
 };
 
@@ -34,7 +34,10 @@ use bevy::{
         morph::{MeshMorphWeights, MorphWeights},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
-    platform::hash::FixedHasher,
+    platform::{
+        collections::{HashMap, HashSet},
+        hash::FixedHasher,
+    },
     reflect::prelude::*,
     transform::components::GlobalTransform,
 };
@@ -184,10 +187,111 @@ impl Poses<'_, '_> {
     }
 }
 
-/// A caster, and a number for all of its looks that are not in [`Caster`].
-pub(crate) struct Seen {
+/// A caster, and what it looks like besides.
+struct Seen {
     caster: Caster,
-    look: u64,
+    /// A number for its mesh and its material.
+    assets: u64,
+    /// Where its pose starts in [`Collected::poses`].
+    pose: usize,
+    /// Matrices of its pose: of the entity, and of each joint.
+    matrices: usize,
+    /// Morph targets of its pose.
+    weights: usize,
+}
+
+/// Casters with their poses.
+#[derive(Default)]
+pub(crate) struct Collected {
+    /// Sorted by entity.
+    seen: Vec<Seen>,
+    /// Of each, its matrices by column, and the weights of its morph targets.
+    poses: Vec<f32>,
+}
+
+/// What rounding may do to values that have not changed, relative to the largest of them: an animation player
+/// computes the same pose from other moments of time, through a chain of joints. Some tens of errors of 2^-24.
+const ROUNDING: f32 = 32.0 * f32::EPSILON;
+
+impl Collected {
+    /// Notes a caster.
+    fn add(&mut self, caster: Caster, assets: u64, pose: &Pose) {
+        let start = self.poses.len();
+        let joints = pose.joints.unwrap_or_default();
+        let weights = pose.weights.unwrap_or_default();
+        self.poses.extend(pose.transform.to_cols_array());
+        self.poses
+            .extend(joints.iter().flat_map(Affine3A::to_cols_array));
+        self.poses.extend(weights);
+        self.seen.push(Seen {
+            caster,
+            assets,
+            pose: start,
+            matrices: 1 + joints.len(),
+            weights: weights.len(),
+        });
+    }
+
+    fn find(&self, entity: Entity) -> Option<&Seen> {
+        let i = self
+            .seen
+            .binary_search_by_key(&entity, |seen| seen.caster.entity);
+        Some(&self.seen[i.ok()?])
+    }
+
+    fn pose(&self, seen: &Seen) -> &[f32] {
+        &self.poses[seen.pose..][..12 * seen.matrices + seen.weights]
+    }
+
+    /// Makes casters what they were where nothing about them has changed, but for rounding. So many small
+    /// steps are not lost: they add up until they count.
+    fn keep(&mut self, last: &Self) {
+        for i in 0..self.seen.len() {
+            let new = &self.seen[i];
+            let Some(old) = last.find(new.caster.entity) else {
+                continue;
+            };
+            let pose = last.pose(old);
+            let same = new.caster.changed == 0
+                && (new.assets, new.matrices, new.weights)
+                    == (old.assets, old.matrices, old.weights)
+                && (new.caster.shadow, &new.caster.layers)
+                    == (old.caster.shadow, &old.caster.layers)
+                && same_bounds(&new.caster.bounds, &old.caster.bounds)
+                && same_pose(self.pose(new), pose, old);
+            if same {
+                let start = new.pose;
+                self.seen[i].caster = old.caster.clone();
+                self.poses[start..][..pose.len()].copy_from_slice(pose);
+            }
+        }
+    }
+}
+
+/// Largest coordinate of a box.
+fn reach(bounds: &Aabb3d) -> f32 {
+    bounds.min.abs().max(bounds.max.abs()).max_element()
+}
+
+fn same_bounds(a: &Aabb3d, b: &Aabb3d) -> bool {
+    let off = (a.min - b.min).abs().max((a.max - b.max).abs());
+    off.max_element() <= ROUNDING * reach(b)
+}
+
+fn same_pose(new: &[f32], old: &[f32], seen: &Seen) -> bool {
+    let close = |a: &[f32], b: &[f32], size: f32| {
+        let mut pairs = a.iter().zip(b);
+        pairs.all(|(a, b)| (a - b).abs() <= ROUNDING * size)
+    };
+    let largest = |values: &[f32]| values.iter().fold(0.0, |max: f32, v| max.max(v.abs()));
+    let reach = reach(&seen.caster.bounds);
+    let (new, new_weights) = new.split_at(12 * seen.matrices);
+    let (old, old_weights) = old.split_at(12 * seen.matrices);
+    let mut matrices = new.chunks(12).zip(old.chunks(12));
+    matrices.all(|(new, old)| {
+        let (linear, translation) = old.split_at(9);
+        close(&new[..9], linear, largest(linear)) && close(&new[9..], translation, reach)
+    }) && close(new_weights, old_weights, largest(old_weights).max(1.0))
 }
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
@@ -201,7 +305,7 @@ pub(crate) fn collect_casters(
     mut shapes: Local<MeshShapes>,
     mut changed_meshes: Local<HashSet<AssetId<Mesh>>>,
     mut scene: ResMut<SceneCasters>,
-    mut last: Local<Vec<Seen>>,
+    mut last: Local<Collected>,
     mut joints: Local<Vec<Affine3A>>,
 ) {
     let surroundings = Surroundings::new(volumes.iter());
@@ -215,7 +319,7 @@ pub(crate) fn collect_casters(
 
     let scene = &mut *scene;
     let next = scene.version + 1;
-    let mut seen = Vec::with_capacity(last.len());
+    let mut now = Collected::default();
     for (
         entity,
         inherited,
@@ -260,47 +364,36 @@ pub(crate) fn collect_casters(
         view.set_visible();
         let mut look = FixedHasher.build_hasher();
         mesh.id().hash(&mut look);
-        hash_floats(&affine.to_cols_array(), &mut look);
-        for joint in pose.joints.unwrap_or_default() {
-            hash_floats(&joint.to_cols_array(), &mut look);
-        }
-        hash_floats(pose.weights.unwrap_or_default(), &mut look);
         let mut changed = changed_meshes.contains(&mesh.id());
         for material in scene.materials.values().filter_map(|of| of.get(&entity)) {
             material.hash(&mut look);
             changed |= scene.changed_materials.contains(material);
         }
-        seen.push(Seen {
-            caster: Caster {
-                entity,
-                bounds,
-                shadow: !no_shadow,
-                layers: layers.clone(),
-                changed: if changed { next } else { 0 },
-            },
-            look: look.finish(),
-        });
+        let caster = Caster {
+            entity,
+            bounds,
+            shadow: !no_shadow,
+            layers: layers.clone(),
+            changed: if changed { next } else { 0 },
+        };
+        now.add(caster, look.finish(), &pose);
     }
     scene.changed_materials.clear();
 
-    seen.sort_unstable_by_key(|seen| seen.caster.entity);
-    for Seen { caster, look } in &mut seen {
-        let before = last.binary_search_by_key(&caster.entity, |old| old.caster.entity);
-        let since = before.ok().map(|i| &last[i]).and_then(|old| {
-            let unchanged = Caster {
-                changed: old.caster.changed,
-                ..caster.clone()
-            };
-            (caster.changed == 0 && old.look == *look && old.caster == unchanged)
-                .then_some(old.caster.changed)
-        });
-        caster.changed = since.unwrap_or(next);
+    now.seen.sort_unstable_by_key(|seen| seen.caster.entity);
+    now.keep(&last);
+    for Seen { caster, .. } in &mut now.seen {
+        // What was not kept.
+        if caster.changed == 0 {
+            caster.changed = next;
+        }
     }
-    if !seen.iter().map(|s| &s.caster).eq(&scene.casters) {
-        scene.casters = seen.iter().map(|s| s.caster.clone()).collect();
+    let casters = || now.seen.iter().map(|seen| &seen.caster);
+    if !casters().eq(&scene.casters) {
+        scene.casters = casters().cloned().collect();
         scene.version = next;
     }
-    *last = seen;
+    *last = now;
 }
 
 /// The asset that looks different after an event.
@@ -311,12 +404,6 @@ pub(crate) fn changed_asset<A: bevy::asset::Asset>(event: &AssetEvent<A>) -> Opt
         }
         // As in Bevy's renderer: what is removed from its assets is drawn as long as something uses it.
         AssetEvent::Removed { .. } | AssetEvent::LoadedWithDependencies { .. } => None,
-    }
-}
-
-fn hash_floats(floats: &[f32], hasher: &mut impl Hasher) {
-    for float in floats {
-        float.to_bits().hash(hasher);
     }
 }
 

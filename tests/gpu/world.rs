@@ -364,7 +364,11 @@ fn what_stays_the_same_is_not_captured_again() {
                 RenderLayers::default(),
             ));
         }
-        world.entity_mut(joint).insert(at(0));
+        // What interpolation between two keys that are the same makes of them.
+        let rounded = place(0) * (1.0 + f32::EPSILON * (i % 3) as f32);
+        world
+            .entity_mut(joint)
+            .insert(Transform::from_translation(rounded));
         world.entity_mut(character).insert(weights(0.0));
         world
             .entity_mut(stranger)
@@ -515,10 +519,9 @@ fn surfaces_face_the_way_they_wind_where_their_normals_say_nothing() {
         let n = facing(&voxels, at);
         assert!(n.dot(expected) > 0.99, "at {at}: {n}, not {expected}");
     }
-    assert_eq!(
-        voxels.albedo(place(6) + Vec3::new(-0.1, 0.1, 0.0)),
-        Some(Vec3::splat(128.0 / 255.0))
-    );
+    let whole = voxels.albedo(place(6) + Vec3::new(-0.1, 0.1, 0.0));
+    let whole = whole.expect("the triangle with all of its corners is there");
+    assert!((whole - 0.5).abs().max_element() < 0.005, "{whole}");
 
     // Reflective shadow maps: the patches of a square that faces +x are as large as it is, whatever its normals.
     let world = headless.app.world_mut();
