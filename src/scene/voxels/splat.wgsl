@@ -2,7 +2,9 @@
 #define_import_path bevy_gi::scene::voxels::splat
 
 #import bevy_pbr::{
-    mesh_bindings::mesh, mesh_functions::sign_determinant_model_3x3m, prepass_io::VertexOutput,
+    mesh_bindings::mesh,
+    mesh_types::MESH_FLAGS_SIGN_DETERMINANT_MODEL_3X3_BIT,
+    prepass_io::VertexOutput,
 }
 #import bevy_gi::scene::voxels::types::{
     BRICK_EMPTY, BRICK_MARKED, BRICK_VOXELS, Voxelize, WORDS, brick_index, local_index,
@@ -49,7 +51,8 @@ fn faces_front(in: VertexOutput, is_front: bool, n: vec3<f32>) -> bool {
 #endif
     // The view stands on the positive side of its axis: what it sees from the front faces there. A mirrored
     // mesh winds the other way round.
-    let is_mirrored = sign_determinant_model_3x3m(mesh[in.instance_index].flags) < 0.0;
+    let flags = mesh[in.instance_index].flags;
+    let is_mirrored = (flags & MESH_FLAGS_SIGN_DETERMINANT_MODEL_3X3_BIT) == 0u;
     return (n[voxelize.axis] > 0.0) == (is_front != is_mirrored);
 }
 
