@@ -281,7 +281,7 @@ fn same_bounds(a: &Aabb3d, b: &Aabb3d) -> bool {
 fn same_pose(new: &[f32], old: &[f32], seen: &Seen) -> bool {
     let close = |a: &[f32], b: &[f32], size: f32| {
         let mut pairs = a.iter().zip(b);
-        pairs.all(|(a, b)| (a - b).abs() <= ROUNDING * size)
+        pairs.all(|(a, b)| a.to_bits() == b.to_bits() || (a - b).abs() <= ROUNDING * size)
     };
     let largest = |values: &[f32]| values.iter().fold(0.0, |max: f32, v| max.max(v.abs()));
     let reach = reach(&seen.caster.bounds);
