@@ -1,7 +1,7 @@
 // Turns the G-buffer that a light sees into texels of its reflective shadow map.
 
 #import bevy_gi::gpu::pack::pack_normal
-#import bevy_gi::scene::rsm::types::{RsmMaps, rsm_position}
+#import bevy_gi::scene::rsm::types::{RsmMap, RsmMaps, rsm_position}
 #import bevy_pbr::{
     pbr_deferred_types::{
         DEFERRED_FLAGS_UNLIT_BIT, unpack_24bit_normal, unpack_flags, unpack_unorm4x8_,
@@ -41,9 +41,9 @@ fn seen_at(map: RsmMap, at: vec2<i32>) -> vec4<f32> {
 }
 
 // A vector along the surface at `p`, towards the nearer of two neighbours: beyond an edge lies another surface.
-fn tangent(map: RsmMap, p: vec3<f32>, at: vec2<i32>, step: vec2<i32>) -> vec3<f32> {
-    let after = seen_at(map, at + step);
-    let before = seen_at(map, at - step);
+fn tangent(map: RsmMap, p: vec3<f32>, at: vec2<i32>, next: vec2<i32>) -> vec3<f32> {
+    let after = seen_at(map, at + next);
+    let before = seen_at(map, at - next);
     let a = after.xyz - p;
     let b = p - before.xyz;
     if after.w == 0.0 || (before.w != 0.0 && dot(b, b) < dot(a, a)) {
