@@ -59,6 +59,8 @@ impl Sides {
 pub(crate) struct LitScene<'a> {
     volumes: Aabb3d,
     casters: Vec<&'a Caster>,
+    /// Whether maps show what is lit, and not what casts shadows.
+    lit: bool,
 }
 
 /// One map of a light, and what it sees.
@@ -95,7 +97,16 @@ impl<'a> LitScene<'a> {
         Some(Self {
             volumes: volumes.reduce(|a, b| a.merge(&b))?,
             casters: casters.collect(),
+            lit: false,
         })
+    }
+
+    /// The same for maps of what is lit.
+    ///
+    /// As in Bevy, meshes that share no layer with a light are lit, and do not stand in its way. A map has room
+    /// for one surface in each direction: it is one that does, unless there is none in all of the map's light.
+    pub fn of_lit(self) -> Self {
+        Self { lit: true, ..self }
     }
 
     /// Whether a light gets to any volume.
@@ -107,10 +118,13 @@ impl<'a> LitScene<'a> {
     pub fn views(&self, light: &SceneLight) -> Vec<LightView> {
         let reach = reach(light);
         let casters = self.casters.iter().copied();
-        let reached: Vec<_> = casters
-            .filter(|c| c.layers.intersects(&light.layers))
+        let mut reached: Vec<_> = casters
             .filter(|c| reach.is_none_or(|reach| overlaps(&c.bounds, &reach)))
             .collect();
+        let shares_layer = |c: &&Caster| c.layers.intersects(&light.layers);
+        if !self.lit || reached.iter().any(shares_layer) {
+            reached.retain(shares_layer);
+        }
         let views = light_views(light, &self.volumes, &reached);
         let views = views.into_iter().enumerate().map(|(face, view)| {
             let sides = Sides::new(&view.clip_from_world());

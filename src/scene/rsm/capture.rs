@@ -168,7 +168,7 @@ pub(crate) fn extract_rsm_views(
     support: Res<GpuPreprocessingSupport>,
     statistics: Res<GiStatistics>,
 ) {
-    let scene = LitScene::new(grids.iter(), casters.casters.iter());
+    let scene = LitScene::new(grids.iter(), casters.casters.iter()).map(LitScene::of_lit);
     let mut maps = Vec::new();
     let mut wanted = Vec::new();
     let mut without = 0;
