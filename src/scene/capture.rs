@@ -464,7 +464,10 @@ fn queue_captures<K: CaptureKind>(
                 mesh: mesh_instance.mesh_asset_id(),
                 key: key.clone(),
             };
-            if dequeued.remove(main_entity).as_ref() != Some(&now) {
+            let before = dequeued.remove(main_entity);
+            // One that was waiting and has changed comes twice.
+            let before = before.or_else(|| drawn.remove(main_entity));
+            if before.as_ref() != Some(&now) {
                 capture.changed.insert(id);
             }
             drawn.insert(*main_entity, now);
