@@ -28,6 +28,13 @@ use crate::{
 /// It brings what it needs: an HDR target, the depth, motion-vector and deferred prepasses, and
 /// MSAA off (Bevy's deferred renderer knows no MSAA). Where that changes a choice of the camera's
 /// own, the log says so once.
+///
+/// Light is computed once for all GI cameras, since what it meets does not depend on who looks. What takes part is
+/// what some active GI camera would see if it looked there: meshes and lights on the `RenderLayers` of any of them,
+/// and of meshes with a `VisibilityRange` those that the primary camera, the active one of the lowest `order`, would
+/// see; one level of detail turns into the next in the middle of their margins. So cameras whose layers differ share
+/// the light of all of these layers. As in Bevy, a mesh casts into the shadow maps of those lights with which it
+/// shares a layer.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Camera3d, Hdr, DepthPrepass, MotionVectorPrepass, DeferredPrepass)]

@@ -46,3 +46,5 @@ mod time;
 mod voxels;
 #[path = "gpu/webgpu.rs"]
 mod webgpu;
+#[path = "gpu/world.rs"]
+mod world;

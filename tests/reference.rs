@@ -11,10 +11,14 @@ use std::{
 
 use bevy::{
     asset::RenderAssetUsages,
-    camera::{CameraProjection, visibility::InheritedVisibility},
+    camera::{
+        CameraProjection,
+        visibility::{InheritedVisibility, RenderLayers, VisibilityRange},
+    },
     light::Skybox,
+    mesh::PrimitiveTopology,
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::render_resource::{Extent3d, Face, TextureDimension, TextureFormat},
 };
 use bevy_gi::{
     EmissiveUnits,
@@ -251,6 +255,109 @@ fn rectangle_has_its_form_factor() {
     );
     let value = floor_nits(&mut shone_on, ReferenceView::Indirect, 4096);
     assert_near(value, truth, 0.005, "shining rectangle");
+}
+
+/// What stands beside a lit floor changes nothing where no GI camera would see it, and a floor said in another way is
+/// lit the same.
+#[test]
+fn what_a_camera_would_see_takes_part_however_it_is_made() {
+    let (candela, distance) = (200.0, 1.5);
+    let truth = ALBEDO / PI * candela / (distance * distance);
+    let lamp = |intensity: f32| {
+        let light = PointLight {
+            intensity: 4.0 * PI * intensity,
+            range: 1e4,
+            ..default()
+        };
+        (light, Transform::from_xyz(0.0, distance, 0.0))
+    };
+    let other = RenderLayers::layer(3);
+    let plane = || Mesh::from(Plane3d::new(Vec3::Y, Vec2::splat(1.0)));
+    let roof = |world: &mut World| {
+        let mesh = add(world, plane());
+        let material = add(world, diffuse([0.5; 3]));
+        let at = Transform::from_xyz(0.0, 1.0, 0.0);
+        world
+            .spawn((Mesh3d(mesh), MeshMaterial3d(material), at))
+            .id()
+    };
+    type Variant<'a> = (&'a str, &'a dyn Fn(&mut World));
+    let beside: [Variant; 3] = [
+        ("on other layers", &|world| {
+            world.spawn((lamp(1000.0), other.clone()));
+            let roof = roof(world);
+            world.entity_mut(roof).insert(other.clone());
+        }),
+        ("a roof on a layer that the lamp is not on", &|world| {
+            world.spawn((
+                GiCamera::default(),
+                Transform::default(),
+                RenderLayers::from_layers(&[0, 3]),
+            ));
+            let roof = roof(world);
+            world.entity_mut(roof).insert(other.clone());
+        }),
+        ("another level of detail", &|world| {
+            world.spawn((GiCamera::default(), Transform::from_xyz(0.0, 1.0, 10.0)));
+            let roof = roof(world);
+            let range = VisibilityRange::abrupt(0.0, 5.0);
+            world.entity_mut(roof).insert(range);
+        }),
+    ];
+    for (what, spawn) in beside {
+        let mut world = world();
+        floor(&mut world);
+        world.spawn(lamp(candela));
+        spawn(&mut world);
+        let value = floor_nits(&mut world, ReferenceView::Direct, 16);
+        assert_near(value, truth, 0.002, what);
+    }
+
+    let mut strip = Mesh::new(
+        PrimitiveTopology::TriangleStrip,
+        RenderAssetUsages::default(),
+    );
+    strip.insert_attribute(
+        Mesh::ATTRIBUTE_POSITION,
+        vec![
+            [-1.0, 0.0, 1.0],
+            [1.0, 0.0, 1.0],
+            [-1.0, 0.0, -1.0],
+            [1.0, 0.0, -1.0],
+        ],
+    );
+    strip.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0, 1.0, 0.0]; 4]);
+    let with_normals =
+        |n: [f32; 3]| plane().with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![n; 4]);
+    // As Bevy's glTF loader culls what is mirrored.
+    let inside_out = StandardMaterial {
+        cull_mode: Some(Face::Front),
+        ..diffuse([ALBEDO; 3])
+    };
+    let as_usual = diffuse([ALBEDO; 3]);
+    let mirror = Transform::from_scale(Vec3::new(-1.0, 1.0, 2.0));
+    for (what, mesh, material, transform) in [
+        ("a strip", strip, as_usual.clone(), default()),
+        ("mirrored", plane(), inside_out, mirror),
+        (
+            "normals of zero",
+            with_normals([0.0; 3]),
+            as_usual.clone(),
+            default(),
+        ),
+        (
+            "normals of NaN",
+            with_normals([f32::NAN; 3]),
+            as_usual,
+            default(),
+        ),
+    ] {
+        let mut world = world();
+        self::mesh(&mut world, mesh, material, transform);
+        world.spawn(lamp(candela));
+        let value = floor_nits(&mut world, ReferenceView::Direct, 16);
+        assert_near(value, truth, 0.002, what);
+    }
 }
 
 /// E = I / d^2 on the axis of a spot, and of a point; lumens over 4 pi are candela.

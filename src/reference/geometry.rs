@@ -19,6 +19,19 @@ pub(super) struct Facing {
     pub camera_only: bool,
     /// Has an alpha mask, which decides for each point.
     pub masked: bool,
+    /// Which of the scene's sets of render layers it has.
+    pub layers: u32,
+}
+
+impl Facing {
+    /// The same for corners that run the other way round.
+    pub fn turned(self) -> Self {
+        Self {
+            front: self.back,
+            back: self.front,
+            ..self
+        }
+    }
 }
 
 /// A triangle in the world.
@@ -71,6 +84,15 @@ pub(super) struct Segment {
     /// Metres.
     pub length: f32,
     pub from_camera: bool,
+    /// Sets of render layers that do not stand in its way, a bit each.
+    pub passes: u64,
+}
+
+impl Segment {
+    fn passes(&self, facing: Facing) -> bool {
+        // Beyond 64 different sets of layers, all stand in the way.
+        self.passes.checked_shr(facing.layers).unwrap_or(0) & 1 != 0
+    }
 }
 
 /// All faces of the scene.
@@ -221,7 +243,7 @@ impl Tree {
         } else {
             facing.back
         };
-        if !there || determinant == 0.0 {
+        if !there || determinant == 0.0 || segment.passes(*facing) {
             return None;
         }
         let inverse = 1.0 / determinant;

@@ -38,6 +38,7 @@ impl ReferenceCamera {
             direction,
             length: f32::INFINITY,
             from_camera: true,
+            passes: 0,
         })
     }
 }
@@ -146,12 +147,13 @@ pub(super) fn trace(
         } else {
             [0.0; 4]
         };
-        if let Some((arrival, is_direct)) = scene.arrive(&vertex, u)
+        if let Some((arrival, light)) = scene.arrive(&vertex, u)
             && arrival.direction.dot(vertex.geometric_normal) > 0.0
         {
             let response = bsdf.evaluate(arrival.direction);
-            if response.total() != Vec3::ZERO && is_free(scene, &vertex, &arrival) {
+            if response.total() != Vec3::ZERO && is_free(scene, &vertex, &arrival, light) {
                 let w = arrival.pdf.map_or(1.0, |p| balance(p, response.pdf));
+                let is_direct = light.is_some();
                 let light = arrival.light * w;
                 match throughput {
                     None if is_direct => out.direct += response.total() * light,
@@ -205,6 +207,7 @@ pub(super) fn trace(
             direction,
             length: f32::INFINITY,
             from_camera: false,
+            passes: 0,
         };
     }
     out
@@ -216,14 +219,20 @@ fn balance(own: f32, other: f32) -> f32 {
     if own <= 0.0 { 1.0 } else { own / (own + other) }
 }
 
-/// Whether light arrives unblocked.
-fn is_free(scene: &ReferenceScene, vertex: &Vertex, arrival: &Arrival) -> bool {
+/// Whether light arrives unblocked; `light` is the one of Bevy's that it comes from.
+fn is_free(
+    scene: &ReferenceScene,
+    vertex: &Vertex,
+    arrival: &Arrival,
+    light: Option<usize>,
+) -> bool {
     let segment = Segment {
         origin: off_surface(vertex.position, vertex.geometric_normal),
         direction: arrival.direction,
         // Ends before the surface that shines.
         length: arrival.distance * (1.0 - 1e-4),
         from_camera: false,
+        passes: light.map_or(0, |light| scene.passes[light]),
     };
     scene.geometry.is_free(&segment, |hit| scene.is_opaque(hit))
 }
@@ -247,26 +256,24 @@ impl ReferenceScene {
         }
     }
 
-    /// Light that arrives at a vertex from one source, with densities over all choices; and whether it is
-    /// one of Bevy's lights, whose first reflection is direct light.
-    fn arrive(&self, vertex: &Vertex, u: [f32; 4]) -> Option<(Arrival, bool)> {
+    /// Light that arrives at a vertex from one source, with densities over all choices; and which of Bevy's
+    /// lights that is, whose first reflection is direct light.
+    fn arrive(&self, vertex: &Vertex, u: [f32; 4]) -> Option<(Arrival, Option<usize>)> {
         if self.light_choice.is_empty() {
             return None;
         }
         let (i, chance, _) = self.light_choice.sample(u[0]);
-        let (mut arrival, is_direct) = if let Some(light) = self.lights.get(i) {
-            (light.arrive(vertex.position, Vec2::new(u[1], u[2]))?, true)
+        let light = self.lights.get(i);
+        let mut arrival = if let Some(light) = light {
+            light.arrive(vertex.position, Vec2::new(u[1], u[2]))?
         } else if i == self.lights.len() {
-            (
-                self.arrive_from_emitter(vertex.position, [u[1], u[2]])?,
-                false,
-            )
+            self.arrive_from_emitter(vertex.position, [u[1], u[2]])?
         } else {
-            (self.sky.arrive([u[1], u[2]])?, false)
+            self.sky.arrive([u[1], u[2]])?
         };
         arrival.light /= chance;
         arrival.pdf = arrival.pdf.map(|pdf| pdf * chance);
-        Some((arrival, is_direct))
+        Some((arrival, light.map(|_| i)))
     }
 
     fn arrive_from_emitter(&self, p: Vec3, u: [f32; 2]) -> Option<Arrival> {

@@ -4,7 +4,10 @@ use std::{collections::HashMap, f32::consts::PI, fmt};
 
 use bevy::{
     asset::{AssetId, Assets, Handle},
-    camera::visibility::InheritedVisibility,
+    camera::{
+        primitives::Aabb,
+        visibility::{InheritedVisibility, RenderLayers, VisibilityRange},
+    },
     color::{Color, ColorToComponents},
     ecs::prelude::*,
     image::Image,
@@ -34,7 +37,10 @@ use super::{
 };
 use crate::{
     camera::GiCamera,
-    scene::visibility::NotGiCaster,
+    scene::{
+        viewers::{Viewer, Viewers},
+        visibility::NotGiCaster,
+    },
     settings::{EmissiveUnits, GiSettings, GiSky},
 };
 
@@ -72,6 +78,9 @@ pub struct ReferenceScene {
     materials: Vec<Material>,
     textures: Vec<Texture>,
     pub(super) lights: Vec<Light>,
+    /// For each light, sets of render layers that do not stand in its way, a bit each: a mesh casts shadows
+    /// in the light of those lights with which it shares a layer, as in Bevy.
+    pub(super) passes: Vec<u64>,
     pub(super) sky: Sky,
     /// Faces that shine, and how they are chosen.
     emitters: Vec<u32>,
@@ -94,6 +103,7 @@ impl fmt::Debug for ReferenceScene {
             .field("materials", &self.materials)
             .field("textures", &self.textures)
             .field("lights", &self.lights)
+            .field("passes", &self.passes)
             .field("sky", &self.sky)
             .finish_non_exhaustive()
     }
@@ -112,8 +122,8 @@ pub(super) struct Vertex {
 }
 
 impl ReferenceScene {
-    /// Takes over the world as it stands: visible meshes with a `StandardMaterial`, all lights, and the
-    /// sky. Transforms must have been propagated.
+    /// Takes over the world as it stands: meshes with a `StandardMaterial` and lights that a GI camera would
+    /// see if it looked there, and the sky. Transforms must have been propagated.
     pub fn new(world: &mut World) -> Self {
         let settings = world
             .get_resource::<GiSettings>()
@@ -125,8 +135,10 @@ impl ReferenceScene {
             units: settings.emissive_units,
             ..Default::default()
         };
-        builder.meshes(world);
-        let lights = lights(world);
+        let viewers = Viewers::new(world.query_filtered::<Viewer, With<GiCamera>>().iter(world));
+        builder.meshes(world, &viewers);
+        let (lights, layers): (Vec<_>, Vec<_>) = lights(world, &viewers).into_iter().unzip();
+        let passes = layers.iter().map(|layers| builder.passes(layers)).collect();
         let mut warnings = builder.warnings;
         let sky = sky.unwrap_or_else(|why| {
             warnings.push(format!("the sky is left out: {why}"));
@@ -140,6 +152,7 @@ impl ReferenceScene {
             builder.materials,
             builder.textures,
             lights,
+            passes,
             sky,
             warnings,
         )
@@ -150,6 +163,7 @@ impl ReferenceScene {
         materials: Vec<Material>,
         textures: Vec<Texture>,
         lights: Vec<Light>,
+        passes: Vec<u64>,
         sky: Sky,
         warnings: Vec<String>,
     ) -> Self {
@@ -202,6 +216,7 @@ impl ReferenceScene {
             materials,
             textures,
             lights,
+            passes,
             sky,
             emitters,
             emitter_choice,
@@ -261,7 +276,7 @@ impl ReferenceScene {
         };
         geometric *= side;
         let [na, nb, nc] = face.normals;
-        let mut shading = mix(na, nb, nc, at).normalize_or(geometric) * side;
+        let mut shading = mix(na, nb, nc, at).normalize_or(geometric * side) * side;
         if let Some((slot, flip)) = material.normal_texture {
             let mut n = self.sample(slot, face, at, material).truncate() * 2.0 - 1.0;
             if flip {
@@ -367,27 +382,36 @@ fn linear(color: Color) -> Vec3 {
     color.to_linear().to_vec3()
 }
 
-/// Lights of all kinds.
-fn lights(world: &mut World) -> Vec<Light> {
+/// Lights of all kinds, with their render layers.
+fn lights(world: &mut World, viewers: &Viewers) -> Vec<(Light, RenderLayers)> {
     // Bevy divides the lumens of points and spots alike by the whole sphere.
     let candela = |color, lumens: f32| linear(color) * lumens / (4.0 * PI);
     let mut lights = Vec::new();
-    collect(world, &mut lights, |light: &DirectionalLight, transform| {
-        Light::Directional {
+    collect(
+        world,
+        viewers,
+        &mut lights,
+        |light: &DirectionalLight, transform| Light::Directional {
             lux: linear(light.color) * light.illuminance,
             direction: transform.forward().into(),
-        }
-    });
-    collect(world, &mut lights, |light: &PointLight, transform| {
-        Light::Point {
+        },
+    );
+    collect(
+        world,
+        viewers,
+        &mut lights,
+        |light: &PointLight, transform| Light::Point {
             position: transform.translation(),
             candela: candela(light.color, light.intensity),
             range: light.range,
             spot: None,
-        }
-    });
-    collect(world, &mut lights, |light: &SpotLight, transform| {
-        Light::Point {
+        },
+    );
+    collect(
+        world,
+        viewers,
+        &mut lights,
+        |light: &SpotLight, transform| Light::Point {
             position: transform.translation(),
             candela: candela(light.color, light.intensity),
             range: light.range,
@@ -396,36 +420,49 @@ fn lights(world: &mut World) -> Vec<Light> {
                 light.inner_angle.cos(),
                 light.outer_angle.cos(),
             )),
-        }
-    });
-    collect(world, &mut lights, |light: &RectLight, transform| {
-        let matrix = transform.affine().matrix3;
-        let half = [
-            Vec3::from(matrix.x_axis) * light.width * 0.5,
-            Vec3::from(matrix.y_axis) * light.height * 0.5,
-        ];
-        let area = 4.0 * half[0].length() * half[1].length();
-        Light::Rect {
-            center: transform.translation(),
-            half,
-            normal: transform.forward().into(),
-            nits: linear(light.color) * light.intensity / (PI * area.max(1e-12)),
-            range: light.range,
-        }
-    });
+        },
+    );
+    collect(
+        world,
+        viewers,
+        &mut lights,
+        |light: &RectLight, transform| {
+            let matrix = transform.affine().matrix3;
+            let half = [
+                Vec3::from(matrix.x_axis) * light.width * 0.5,
+                Vec3::from(matrix.y_axis) * light.height * 0.5,
+            ];
+            let area = 4.0 * half[0].length() * half[1].length();
+            Light::Rect {
+                center: transform.translation(),
+                half,
+                normal: transform.forward().into(),
+                nits: linear(light.color) * light.intensity / (PI * area.max(1e-12)),
+                range: light.range,
+            }
+        },
+    );
     lights
 }
 
-/// The visible lights of one of Bevy's kinds.
+/// The lights of one of Bevy's kinds that are seen.
 fn collect<L: Component>(
     world: &mut World,
-    lights: &mut Vec<Light>,
+    viewers: &Viewers,
+    lights: &mut Vec<(Light, RenderLayers)>,
     convert: impl Fn(&L, &GlobalTransform) -> Light,
 ) {
-    let mut query = world.query::<(&L, &GlobalTransform, &InheritedVisibility)>();
-    for (light, transform, visible) in query.iter(world) {
-        if visible.get() {
-            lights.push(convert(light, transform));
+    type Seen<'a, L> = (
+        &'a L,
+        &'a GlobalTransform,
+        &'a InheritedVisibility,
+        Option<&'a RenderLayers>,
+    );
+    let mut query = world.query::<Seen<L>>();
+    for (light, transform, visible, layers) in query.iter(world) {
+        let layers = layers.unwrap_or_default();
+        if visible.get() && viewers.see(layers) {
+            lights.push((convert(light, transform), layers.clone()));
         }
     }
 }
@@ -489,6 +526,8 @@ type MeshData = (
     Has<NotGiCaster>,
     Option<&'static SkinnedMesh>,
     Option<&'static MeshMorphWeights>,
+    Option<&'static RenderLayers>,
+    (Option<&'static VisibilityRange>, Option<&'static Aabb>),
 );
 
 /// Collects faces, materials and textures.
@@ -501,11 +540,13 @@ struct Builder {
     textures: Vec<Texture>,
     known_materials: HashMap<AssetId<StandardMaterial>, Option<u32>>,
     known_textures: HashMap<AssetId<Image>, Option<u32>>,
+    /// The sets of render layers that meshes have.
+    layers: Vec<RenderLayers>,
     warnings: Vec<String>,
 }
 
 impl Builder {
-    fn meshes(&mut self, world: &mut World) {
+    fn meshes(&mut self, world: &mut World, viewers: &Viewers) {
         let mut query = world.query::<MeshData>();
         let world = &*world;
         let (Some(meshes), Some(materials), Some(images)) = (
@@ -515,9 +556,20 @@ impl Builder {
         ) else {
             return;
         };
-        for (mesh, handle, transform, visible, camera_only, skin, morph) in query.iter(world) {
-            if !visible.get() || !transform.affine().is_finite() {
+        for (mesh, handle, transform, visible, camera_only, skin, morph, layers, lod) in
+            query.iter(world)
+        {
+            let layers = layers.unwrap_or_default();
+            let affine = transform.affine();
+            if !visible.get() || !viewers.see(layers) || !affine.is_finite() {
                 continue;
+            }
+            if let (Some(range), aabb) = lod {
+                let center = aabb.filter(|_| range.use_aabb).map(|aabb| aabb.center);
+                let center = affine.transform_point3a(center.unwrap_or_default());
+                if !viewers.see_level(range, center) {
+                    continue;
+                }
             }
             let (Some(mesh), Some(standard)) = (meshes.get(&mesh.0), materials.get(&handle.0))
             else {
@@ -530,6 +582,7 @@ impl Builder {
                 front: standard.cull_mode != Some(CullFace::Front),
                 back: standard.cull_mode != Some(CullFace::Back),
                 camera_only,
+                layers: self.layer_set(layers),
                 masked: self.materials[material as usize].mask.is_some(),
             };
             let weights = morph.and_then(|morph| match morph {
@@ -540,7 +593,7 @@ impl Builder {
             });
             let joints = skin.and_then(|skin| joints(world, skin));
             let placed = Placed {
-                transform: transform.affine(),
+                transform: affine,
                 joints,
                 weights,
                 material,
@@ -550,6 +603,22 @@ impl Builder {
                 self.warn(format!("a mesh is left out: {why}"));
             }
         }
+    }
+
+    /// The number of a set of render layers.
+    fn layer_set(&mut self, layers: &RenderLayers) -> u32 {
+        let known = self.layers.iter().position(|known| known == layers);
+        known.unwrap_or_else(|| {
+            self.layers.push(layers.clone());
+            self.layers.len() - 1
+        }) as u32
+    }
+
+    /// Sets of layers, a bit each, that share none with a light's.
+    fn passes(&self, light: &RenderLayers) -> u64 {
+        let sets = self.layers.iter().take(64).enumerate();
+        let passing = sets.filter(|(_, layers)| !layers.intersects(light));
+        passing.fold(0, |bits, (i, _)| bits | 1 << i)
     }
 
     fn warn(&mut self, warning: String) {
@@ -673,8 +742,12 @@ struct Placed<'a> {
 
 impl Placed<'_> {
     fn faces(&self, mesh: &Mesh, out: &mut Vec<Face>) -> Result<(), String> {
-        if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
-            return Err("it is no triangle list".into());
+        let topology = mesh.primitive_topology();
+        if !matches!(
+            topology,
+            PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip
+        ) {
+            return Err("it has lines or points in place of triangles".into());
         }
         let attribute = |id: MeshVertexAttributeId| mesh.try_attribute_option(id).ok().flatten();
         let vec3 = |id: MeshVertexAttributeId| match attribute(id) {
@@ -711,8 +784,8 @@ impl Placed<'_> {
         };
         let targets = mesh.get_morph_targets();
 
-        // Position, normal and tangent of a vertex in the world.
-        let vertex = |i: usize| -> (Vec3, Option<Vec3>, Option<(Vec3, f32)>) {
+        // Position, normal and tangent of a vertex in the world, and whether it is mirrored on the way there.
+        let vertex = |i: usize| -> (Vec3, Option<Vec3>, Option<(Vec3, f32)>, bool) {
             let mut p = Vec3::from_array(positions[i]);
             let mut n = normals.map(|n| Vec3::from_array(n[i]));
             let mut t = tangents.map(|t| (Vec3::from_slice(&t[i][..3]), t[i][3]));
@@ -737,20 +810,30 @@ impl Placed<'_> {
                 }
                 _ => self.transform,
             };
+            let mirrored = skinned.matrix3.determinant() < 0.0;
+            let turn = if mirrored { -1.0 } else { 1.0 };
             let normal_matrix = skinned.matrix3.inverse().transpose();
             let direction =
                 |v: Vec3| Vec3::from(skinned.matrix3 * Vec3A::from(v)).normalize_or_zero();
             (
                 skinned.transform_point3(p),
                 n.map(|n| Vec3::from(normal_matrix * Vec3A::from(n)).normalize_or_zero()),
-                t.map(|(t, sign)| (direction(t), sign)),
+                t.map(|(t, sign)| (direction(t), sign * turn)),
+                mirrored,
             )
         };
-        let mut face = |corners: [usize; 3]| {
+        let mut face = |mut corners: [usize; 3]| {
             if corners.iter().any(|i| *i >= positions.len()) {
                 return;
             }
-            let vertices = corners.map(vertex);
+            let mut vertices = corners.map(vertex);
+            let mut facing = self.facing;
+            if vertices[0].3 {
+                // What is mirrored runs the other way round; its front stays where its normals point.
+                corners.swap(1, 2);
+                vertices.swap(1, 2);
+                facing = facing.turned();
+            }
             let positions = vertices.map(|(p, ..)| p);
             let cross = (positions[1] - positions[0]).cross(positions[2] - positions[0]);
             if !positions.iter().all(|p| p.is_finite()) || cross.length_squared() == 0.0 {
@@ -759,17 +842,27 @@ impl Placed<'_> {
             let flat = cross.normalize();
             out.push(Face {
                 corners: positions,
-                normals: vertices.map(|(_, n, _)| n.unwrap_or(flat)),
+                normals: vertices.map(|(_, n, ..)| n.unwrap_or(flat)),
                 uvs: uvs.map(|uvs| {
                     corners.map(|i| uvs.map_or(Vec2::ZERO, |uvs| Vec2::from_array(uvs[i])))
                 }),
-                tangents: vertices.map(|(.., t)| t.unwrap_or((Vec3::ZERO, 1.0))),
+                tangents: vertices.map(|(_, _, t, _)| t.unwrap_or((Vec3::ZERO, 1.0))),
                 colors: corners.map(color),
                 material: self.material,
-                facing: self.facing,
+                facing,
             });
         };
         match mesh.try_indices_option().ok().flatten() {
+            Some(_) if topology == PrimitiveTopology::TriangleStrip => {
+                return Err("Bevy 0.19 does not draw triangle strips with indices".into());
+            }
+            None if topology == PrimitiveTopology::TriangleStrip => {
+                for i in 2..positions.len() {
+                    // Every other triangle runs the other way round.
+                    let flip = i % 2;
+                    face([i - 2, i - 1 + flip, i - flip]);
+                }
+            }
             Some(Indices::U16(indices)) => {
                 for i in indices.chunks_exact(3) {
                     face([i[0], i[1], i[2]].map(usize::from));

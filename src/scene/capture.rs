@@ -10,6 +10,8 @@ use std::{any::TypeId, collections::HashMap, marker::PhantomData, ops::Range, sy
 
 use bevy::{
     app::{App, Plugin},
+    asset::{AssetId, UntypedAssetId},
+    camera::visibility::RenderLayers,
     core_pipeline::prepass::{OpaqueNoLightmap3dBatchSetKey, OpaqueNoLightmap3dBinKey},
     ecs::{
         prelude::*,
@@ -21,7 +23,7 @@ use bevy::{
         key::{ErasedMaterialPipelineKey, ErasedMeshPipelineKey},
     },
     math::{Mat4, UVec2, UVec4},
-    mesh::{Mesh3d, MeshVertexBufferLayoutRef},
+    mesh::{Mesh, Mesh3d, MeshVertexBufferLayoutRef},
     pbr::{
         MeshPipeline, MeshPipelineKey, PreparedMaterial, PrepassFragmentShader, PrepassPipeline,
         PrepassPipelineSpecializer, PrepassVertexShader, PreprocessPipelines,
@@ -38,7 +40,7 @@ use bevy::{
         render_phase::*,
         render_resource::*,
         renderer::{CurrentView, RenderGraph},
-        sync_world::MainEntity,
+        sync_world::{MainEntity, MainEntityHashMap},
         view::{
             ExtractedView, NoIndirectDrawing, RenderExtractedVisibleEntities,
             RenderVisibleEntities, RetainedViewEntity,
@@ -179,13 +181,26 @@ pub(crate) struct WantedView {
     pub meshes: Vec<Entity>,
 }
 
+/// All that decides how a mesh is drawn in a view. Bevy queues meshes again whenever one of their components
+/// was written, be it with the same value: as long as this stays the same, so does the picture.
+#[derive(PartialEq)]
+struct Drawn {
+    material: UntypedAssetId,
+    /// Group and slot.
+    binding: (u32, u32),
+    mesh: AssetId<Mesh>,
+    key: OpaqueNoLightmap3dBatchSetKey,
+}
+
 /// The view entities of one kind, by owner and index.
 #[derive(Resource)]
 pub(crate) struct CaptureViews<K: CaptureKind> {
     views: HashMap<(Entity, u32), Entity>,
-    /// View entities in which a mesh was added or removed this frame, or waits for an asset;
+    /// How each mesh is drawn, by view entity.
+    drawn: HashMap<Entity, MainEntityHashMap<Drawn>>,
+    /// View entities in which a mesh came, went, or is drawn in another way this frame;
     changed: HashSet<Entity>,
-    /// those in which one waits.
+    /// those in which one waits for an asset.
     waiting: HashSet<Entity>,
     pipelines: HashSet<CachedRenderPipelineId>,
     kind: PhantomData<K>,
@@ -195,6 +210,7 @@ impl<K: CaptureKind> Default for CaptureViews<K> {
     fn default() -> Self {
         Self {
             views: HashMap::new(),
+            drawn: HashMap::new(),
             changed: HashSet::default(),
             waiting: HashSet::default(),
             pipelines: HashSet::default(),
@@ -208,8 +224,8 @@ impl<K: CaptureKind> CaptureViews<K> {
         self.views.get(&(owner, index)).copied()
     }
 
-    /// Whether a view shows something else than before: a mesh was added or removed this frame, or waits for an
-    /// asset.
+    /// Whether a view shows something else than before: this frame a mesh came, went, or is drawn in another
+    /// way.
     pub fn changed(&self, owner: Entity, index: u32) -> bool {
         let view = self.get(owner, index);
         view.is_some_and(|view| self.changed.contains(&view))
@@ -248,27 +264,28 @@ pub(crate) fn sync_views<K: CaptureKind>(
     wanted: Vec<WantedView>,
 ) {
     let keys: HashSet<_> = wanted.iter().map(|w| (w.owner, w.index)).collect();
-    views.views.retain(|key, view| {
+    let CaptureViews { views, drawn, .. } = views;
+    views.retain(|key, view| {
         let keep = keys.contains(key);
         if !keep {
             phases.remove(&retained(key.0, key.1));
+            drawn.remove(view);
             commands.entity(*view).despawn();
         }
         keep
     });
     for want in wanted {
         let retained_view_entity = retained(want.owner, want.index);
-        let view = *views
-            .views
-            .entry((want.owner, want.index))
-            .or_insert_with(|| {
-                let base = (
-                    RenderVisibleEntities::default(),
-                    NoIndirectDrawing,
-                    CaptureView::<K>(PhantomData),
-                );
-                commands.spawn(base).id()
-            });
+        let view = *views.entry((want.owner, want.index)).or_insert_with(|| {
+            let base = (
+                RenderVisibleEntities::default(),
+                NoIndirectDrawing,
+                // Bevy gives every view the meshes with `NoCpuCulling` that share a layer with it.
+                RenderLayers::none(),
+                CaptureView::<K>(PhantomData),
+            );
+            commands.spawn(base).id()
+        });
         phases.prepare_for_new_frame(
             retained_view_entity,
             support.min(GpuPreprocessingMode::PreprocessingOnly),
@@ -374,24 +391,28 @@ fn queue_captures<K: CaptureKind>(
         else {
             continue;
         };
+        let drawn = capture.drawn.entry(id).or_default();
+        // Those that are queued again below leave this list.
+        let mut dequeued = MainEntityHashMap::default();
         for &entity in dirty.iter_to_dequeue(retained, class) {
             phase.remove(entity);
-            capture.changed.insert(id);
+            dequeued.extend(drawn.remove(&entity).map(|drawn| (entity, drawn)));
         }
         let queue = pending.0.prepare_for_new_frame(retained);
         for (render_entity, main_entity) in dirty.iter_to_queue(retained, class, &queue.prev_frame)
         {
-            // Whatever comes of it: the picture of the scene is not the same as before.
-            capture.changed.insert(id);
+            // Without a material of Bevy's a mesh is not drawn; it is queued again should it get one.
+            let Some(material_instance) = material_instances.instances.get(main_entity) else {
+                continue;
+            };
             let prepare = || {
-                let material_instance = material_instances.instances.get(main_entity)?;
                 let mesh_instance = mesh_instances.render_mesh_queue_data(*main_entity)?;
                 let material = materials.get(material_instance.asset_id)?;
                 let mesh = meshes.get(mesh_instance.mesh_asset_id())?;
                 let slabs = allocator.mesh_slabs(&mesh_instance.mesh_asset_id())?;
-                Some((material_instance, mesh_instance, material, mesh, slabs))
+                Some((mesh_instance, material, mesh, slabs))
             };
-            let Some((material_instance, mesh_instance, material, mesh, slabs)) = prepare() else {
+            let Some((mesh_instance, material, mesh, slabs)) = prepare() else {
                 queue.current_frame.insert((*render_entity, *main_entity));
                 capture.waiting.insert(id);
                 continue;
@@ -431,15 +452,29 @@ fn queue_captures<K: CaptureKind>(
                 continue;
             };
             capture.pipelines.insert(pipeline.pipeline);
+            let key = OpaqueNoLightmap3dBatchSetKey {
+                pipeline: pipeline.pipeline,
+                draw_function: pipeline.draw,
+                material_bind_group_index: pipeline
+                    .reads_material
+                    .then_some(material.binding.group.0),
+                slabs,
+            };
+            let now = Drawn {
+                material: material_instance.asset_id,
+                binding: (material.binding.group.0, material.binding.slot.0),
+                mesh: mesh_instance.mesh_asset_id(),
+                key: key.clone(),
+            };
+            let before = dequeued.remove(main_entity);
+            // One that was waiting and has changed comes twice.
+            let before = before.or_else(|| drawn.remove(main_entity));
+            if before.as_ref() != Some(&now) {
+                capture.changed.insert(id);
+            }
+            drawn.insert(*main_entity, now);
             phase.add(
-                OpaqueNoLightmap3dBatchSetKey {
-                    pipeline: pipeline.pipeline,
-                    draw_function: pipeline.draw,
-                    material_bind_group_index: pipeline
-                        .reads_material
-                        .then_some(material.binding.group.0),
-                    slabs,
-                },
+                key,
                 OpaqueNoLightmap3dBinKey {
                     asset_id: mesh_instance.mesh_asset_id().into(),
                 },
@@ -447,6 +482,9 @@ fn queue_captures<K: CaptureKind>(
                 mesh_instance.current_uniform_index,
                 BinnedRenderPhaseType::mesh(mesh_instance.should_batch(), &support),
             );
+        }
+        if !dequeued.is_empty() {
+            capture.changed.insert(id);
         }
     }
 }

@@ -66,6 +66,8 @@ impl Sides {
 pub(crate) struct LitScene<'a> {
     volumes: Vec<LitVolume>,
     casters: Vec<&'a Caster>,
+    /// Whether maps show what is lit, and not what casts shadows.
+    lit: bool,
     /// Where the GI cameras are, metres.
     cameras: Vec<Vec3>,
     /// A number that stands for the casters and the volumes.
@@ -155,6 +157,7 @@ impl<'a> LitScene<'a> {
                 .iter()
                 .filter(|caster| caster.shadow)
                 .collect(),
+            lit: false,
             cameras: active
                 .map(|(_, transform)| transform.translation())
                 .collect(),
@@ -163,11 +166,31 @@ impl<'a> LitScene<'a> {
         (!scene.volumes.is_empty()).then_some(scene)
     }
 
+    /// The same for maps of what is lit.
+    ///
+    /// As in Bevy, meshes that share no layer with a light are lit, and do not stand in its way. A map has room
+    /// for one surface in each direction: it is one that does, unless there is none in all of the map's light.
+    pub fn of_lit(self) -> Self {
+        Self { lit: true, ..self }
+    }
+
+    /// Meshes that a light's maps show, of those that it reaches.
+    fn shown(&self, light: &SceneLight, reach: Option<&Aabb3d>) -> Vec<&'a Caster> {
+        let casters = self.casters.iter().copied();
+        let mut shown: Vec<_> = casters
+            .filter(|c| reach.is_none_or(|reach| overlaps(&c.bounds, reach)))
+            .collect();
+        let shares_layer = |c: &&Caster| c.layers.intersects(&light.layers);
+        if !self.lit || shown.iter().any(shares_layer) {
+            shown.retain(shares_layer);
+        }
+        shown
+    }
+
     /// The maps of a light; none if it gets to no volume.
     pub fn views(&self, light: &SceneLight) -> Vec<LightView> {
-        let casters = self.casters.iter().copied();
         let Some(reach) = reach(light) else {
-            let casters: Vec<_> = casters.collect();
+            let casters = self.shown(light, None);
             // Where the maps of volumes overlap, light is counted in the finest: the others must know where that is.
             let mut finer = FixedHasher.build_hasher();
             let views = self.volumes.iter().map(|volume| {
@@ -186,7 +209,7 @@ impl<'a> LitScene<'a> {
         if !self.volumes.iter().any(|v| overlaps(&reach, &v.bounds)) {
             return Vec::new();
         }
-        let reached: Vec<_> = casters.filter(|c| overlaps(&c.bounds, &reach)).collect();
+        let reached = self.shown(light, Some(&reach));
         let views = lamp_views(light).into_iter().zip(0..);
         let views = views.map(|(view, face)| LightView::new(face, view, reach, &reached));
         views.collect()
@@ -353,6 +376,8 @@ fn lamp_views(light: &SceneLight) -> Vec<MapView> {
 
 #[cfg(test)]
 mod tests {
+    use bevy::camera::visibility::RenderLayers;
+
     use super::*;
 
     fn cube(center: Vec3) -> Aabb3d {
@@ -383,6 +408,7 @@ mod tests {
             entity: Entity::PLACEHOLDER,
             bounds: cube(center),
             shadow: true,
+            layers: RenderLayers::default(),
             changed: 0,
         };
         let above = caster(Vec3::new(0.5, 8.0, 0.5));

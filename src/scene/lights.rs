@@ -8,7 +8,7 @@ use std::f32::consts::PI;
 
 use bevy::{
     app::{App, Last, Plugin},
-    camera::visibility::InheritedVisibility,
+    camera::visibility::{InheritedVisibility, RenderLayers},
     color::{Color, ColorToComponents},
     ecs::{prelude::*, system::SystemParam},
     light::{DirectionalLight, PointLight, RectLight, SpotLight},
@@ -24,7 +24,7 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::shadows::SceneShadows;
+use super::{shadows::SceneShadows, viewers::Viewers};
 use crate::{
     gpu::statistics::GiStatistics,
     settings::{Clamp, Clamped, FieldRange, GiSettings},
@@ -163,10 +163,12 @@ impl GpuLight {
 }
 
 /// A light that takes part.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SceneLight {
     /// Main-world entity.
     pub entity: Entity,
+    /// Its render layers. As in Bevy, only meshes that share one stand in its way.
+    pub layers: RenderLayers,
     /// As shaders see it, but for `shadow`, which [`shadows`](super::shadows) knows.
     pub gpu: GpuLight,
     /// Whether it wants shadow maps.
@@ -235,6 +237,7 @@ type LightQuery<'w, 's, L> = Query<
         &'static L,
         &'static GlobalTransform,
         &'static InheritedVisibility,
+        Option<&'static RenderLayers>,
         Option<&'static GiLight>,
     ),
 >;
@@ -316,9 +319,15 @@ impl ToGpuLight for RectLight {
     }
 }
 
-fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut Vec<SceneLight>) {
-    for (entity, light, transform, visibility, gi) in lights {
-        if !visibility.get() || (gi.is_none() && !auto_lights) {
+fn collect<L: ToGpuLight>(
+    lights: &LightQuery<L>,
+    viewers: &Viewers,
+    auto_lights: bool,
+    out: &mut Vec<SceneLight>,
+) {
+    for (entity, light, transform, visibility, layers, gi) in lights {
+        let layers = layers.unwrap_or_default();
+        if !visibility.get() || !viewers.see(layers) || (gi.is_none() && !auto_lights) {
             continue;
         }
         let share = gi.copied().unwrap_or_default();
@@ -335,6 +344,7 @@ fn collect<L: ToGpuLight>(lights: &LightQuery<L>, auto_lights: bool, out: &mut V
             gpu.shadow = -1;
             out.push(SceneLight {
                 entity,
+                layers: layers.clone(),
                 gpu,
                 shadows: share.shadows,
                 rsm_size: (share.rsm_size > 0).then_some(share.rsm_size),
@@ -355,22 +365,28 @@ pub(crate) struct LightQueries<'w, 's> {
 
 impl LightQueries<'_, '_> {
     /// Those that take part.
-    pub fn collect(&self, settings: &GiSettings) -> Vec<SceneLight> {
+    pub fn collect(&self, settings: &GiSettings, viewers: &Viewers) -> Vec<SceneLight> {
         let mut lights = Vec::new();
-        collect(&self.directional, settings.auto_lights, &mut lights);
-        collect(&self.point, settings.auto_lights, &mut lights);
-        collect(&self.spot, settings.auto_lights, &mut lights);
-        collect(&self.rect, settings.auto_lights, &mut lights);
+        collect(
+            &self.directional,
+            viewers,
+            settings.auto_lights,
+            &mut lights,
+        );
+        collect(&self.point, viewers, settings.auto_lights, &mut lights);
+        collect(&self.spot, viewers, settings.auto_lights, &mut lights);
+        collect(&self.rect, viewers, settings.auto_lights, &mut lights);
         lights
     }
 }
 
 pub(crate) fn extract_lights(
     settings: Extract<Res<GiSettings>>,
+    viewers: Extract<Res<Viewers>>,
     lights: Extract<LightQueries>,
     mut scene: ResMut<SceneLights>,
 ) {
-    let mut lights = lights.collect(&settings);
+    let mut lights = lights.collect(&settings, &viewers);
     // The entity makes the order, and so the sums, repeatable.
     lights.sort_by(|a, b| {
         let sun = |l: &SceneLight| l.gpu.kind == LightKind::Directional as u32;

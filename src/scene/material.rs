@@ -4,14 +4,14 @@ use std::{any::TypeId, collections::HashMap, marker::PhantomData};
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
-    asset::{AssetEvent, AssetServer, Handle},
+    asset::{AssetEvent, AssetEventSystems, AssetServer, Handle},
     ecs::prelude::*,
     pbr::{ExtendedMaterial, Material, MaterialExtension, MeshMaterial3d, StandardMaterial},
     render::RenderApp,
     shader::{Shader, ShaderRef},
 };
 
-use super::visibility::{NotGiCaster, SceneCasters, collect_casters};
+use super::visibility::{SceneCasters, changed_asset, collect_casters};
 
 /// A material whose surface bounces light as it looks.
 ///
@@ -56,7 +56,12 @@ impl<M> Default for GiMaterialPlugin<M> {
 
 impl<M: GiMaterial> Plugin for GiMaterialPlugin<M> {
     fn build(&self, app: &mut App) {
-        app.add_systems(PostUpdate, watch_material::<M>.before(collect_casters));
+        app.add_systems(
+            PostUpdate,
+            watch_material::<M>
+                .after(AssetEventSystems)
+                .before(collect_casters),
+        );
     }
 
     fn finish(&self, app: &mut App) {
@@ -79,15 +84,25 @@ impl<M: GiMaterial> Plugin for GiMaterialPlugin<M> {
 #[derive(Resource, Default)]
 pub(crate) struct MaterialShaders(pub HashMap<TypeId, Option<Handle<Shader>>>);
 
-/// Notes changes of the materials of casters.
+/// Notes which mesh has which material, and which materials change.
 fn watch_material<M: GiMaterial>(
-    meshes: Query<Ref<MeshMaterial3d<M>>, Without<NotGiCaster>>,
+    changed: Query<(Entity, &MeshMaterial3d<M>), Changed<MeshMaterial3d<M>>>,
+    all: Query<(), With<MeshMaterial3d<M>>>,
+    mut removed: RemovedComponents<MeshMaterial3d<M>>,
     mut events: MessageReader<AssetEvent<M>>,
     mut scene: ResMut<SceneCasters>,
 ) {
     // Assets may arrive or change without any component changing.
-    let mut changed = !events.is_empty();
-    events.clear();
-    changed |= meshes.iter().any(|handle| handle.is_changed());
-    scene.note_materials(changed);
+    for id in events.read().filter_map(changed_asset) {
+        scene.note_material(id.untyped());
+    }
+    let of = scene.materials(TypeId::of::<M>());
+    for entity in removed.read().filter(|entity| !all.contains(*entity)) {
+        of.remove(&entity);
+    }
+    of.extend(
+        changed
+            .iter()
+            .map(|(entity, handle)| (entity, handle.id().untyped())),
+    );
 }

@@ -20,8 +20,10 @@ pub(crate) mod light_maps;
 pub(crate) mod light_views;
 pub(crate) mod needs;
 pub(crate) mod reach;
+pub(crate) mod shapes;
 pub(crate) mod sky;
 pub(crate) mod units;
+pub(crate) mod viewers;
 
 use bevy::{
     app::{App, Plugin},
@@ -37,7 +39,6 @@ impl Plugin for ScenePlugin {
             needs::NeedsPlugin,
             volume::VolumePlugin,
             cascades::CascadesPlugin,
-            reach::ReachPlugin,
             visibility::VisibilityPlugin,
             lights::LightsPlugin,
             sky::SkyPlugin,

@@ -1,7 +1,6 @@
 //! Which places of the world matter to the light inside of the volumes: what stands elsewhere is not captured.
 
 use bevy::{
-    app::{App, Plugin, PostUpdate},
     ecs::prelude::*,
     math::{
         Vec3, Vec3A,
@@ -12,8 +11,9 @@ use bevy::{
 use super::{
     light_views::{Beam, reach},
     lights::{LightQueries, SceneLight},
-    visibility::{collect_casters, grid_bounds, overlaps},
-    volume::{VolumeGrid, update_grids},
+    viewers::Viewers,
+    visibility::{grid_bounds, overlaps},
+    volume::VolumeGrid,
 };
 use crate::settings::GiSettings;
 
@@ -62,8 +62,16 @@ impl SceneReach {
         }
     }
 
+    /// The bounds of what matters; `None` in place of bounds: they are unknown, and it may be anywhere.
+    pub fn reached_by(&self, bounds: Option<Aabb3d>) -> Option<Aabb3d> {
+        match bounds {
+            Some(bounds) => self.touches(&bounds).then_some(bounds),
+            None => self.boxes.iter().copied().reduce(|a, b| a.merge(&b)),
+        }
+    }
+
     /// Whether what has these bounds matters.
-    pub fn touches(&self, bounds: &Aabb3d) -> bool {
+    fn touches(&self, bounds: &Aabb3d) -> bool {
         self.boxes.iter().any(|place| overlaps(place, bounds))
             || self.beams.iter().any(|(beam, seen)| {
                 let caster = beam.bounds(bounds);
@@ -72,20 +80,10 @@ impl SceneReach {
     }
 }
 
-pub(crate) struct ReachPlugin;
-
-impl Plugin for ReachPlugin {
-    fn build(&self, app: &mut App) {
-        app.init_resource::<SceneReach>().add_systems(
-            PostUpdate,
-            find_reach.after(update_grids).before(collect_casters),
-        );
-    }
-}
-
-fn find_reach(
+pub(crate) fn find_reach(
     volumes: Query<&VolumeGrid>,
     settings: Res<GiSettings>,
+    viewers: Res<Viewers>,
     lights: LightQueries,
     mut reach: ResMut<SceneReach>,
 ) {
@@ -96,7 +94,7 @@ fn find_reach(
         .collect();
     *reach = match volumes.is_empty() {
         true => SceneReach::default(),
-        false => SceneReach::new(&volumes, &lights.collect(&settings)),
+        false => SceneReach::new(&volumes, &lights.collect(&settings, &viewers)),
     };
 }
 
@@ -112,6 +110,7 @@ mod tests {
     fn light(gpu: GpuLight) -> SceneLight {
         SceneLight {
             entity: Entity::PLACEHOLDER,
+            layers: Default::default(),
             gpu,
             shadows: true,
             rsm_size: None,

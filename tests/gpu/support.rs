@@ -194,6 +194,18 @@ impl Voxels {
         (self.record(v)[1] >> 24) & 1 != 0
     }
 
+    /// Which way the surface at a point of the world faces, if there is one.
+    pub fn normal(&self, p: Vec3) -> Option<Vec3> {
+        let v = self.voxel(p);
+        let packed = self.record(v)[1];
+        let part = |shift: u32| ((packed >> shift) & 0xfff) as f32 / 4095.0 * 2.0 - 1.0;
+        let (x, y) = (part(0), part(12));
+        let n = Vec3::new(x, y, 1.0 - x.abs() - y.abs());
+        let fold = (-n.z).max(0.0);
+        let folded = n - Vec3::new(fold.copysign(x), fold.copysign(y), 0.0);
+        self.at(v).then(|| folded.normalize())
+    }
+
     /// The voxel around a point of the world.
     pub fn voxel(&self, p: Vec3) -> IVec3 {
         ((p - self.grid.origin) / self.grid.voxel)

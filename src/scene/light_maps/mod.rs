@@ -56,8 +56,10 @@ pub(crate) struct LightMap {
     pub drawn: Option<Drawn>,
     /// Whether a mesh has come into view or left it since.
     in_doubt: bool,
-    /// Whether something was still missing in it.
+    /// Whether it was drawn before all pipelines were compiled.
     incomplete: bool,
+    /// Whether a mesh was missing then, as its assets were.
+    waits: bool,
     /// Frames since it was last drawn.
     age: u32,
     importance: f32,
@@ -87,6 +89,7 @@ impl LightMap {
             drawn: None,
             in_doubt: false,
             incomplete: false,
+            waits: false,
             age: u32::MAX,
             importance: 0.0,
             draw_now: false,
@@ -109,7 +112,8 @@ impl LightMap {
 
     /// Whether its view is needed in this frame.
     fn looks(&self) -> bool {
-        self.draw_now || self.tile.is_some() && (self.age <= LINGER || self.incomplete)
+        self.draw_now
+            || self.tile.is_some() && (self.age <= LINGER || self.incomplete || self.waits)
     }
 }
 
@@ -200,6 +204,7 @@ impl LightMaps {
         lights: &[SceneLight],
         wants: impl Fn(&SceneLight) -> bool,
     ) {
+        let lights_before = self.seen.take().map_or(Vec::new(), |(_, lights)| lights);
         let mut old = HashMap::<Entity, Vec<LightMap>>::new();
         for map in self.maps.drain(..) {
             old.entry(map.light).or_default().push(map);
@@ -209,7 +214,11 @@ impl LightMaps {
         for (number, light) in lights.iter().enumerate() {
             let first = self.maps.len();
             let mut before = old.remove(&light.entity).unwrap_or_default();
-            let stays = |map: &LightMap| map.now.without_color() == light.gpu.without_color();
+            let stays = |map: &LightMap| {
+                let layers = lights_before.get(map.number as usize).map(|l| &l.layers);
+                map.now.without_color() == light.gpu.without_color()
+                    && layers == Some(&light.layers)
+            };
             if wants(light) && same_scene && before.first().is_some_and(stays) {
                 self.maps.append(&mut before);
             } else if wants(light) {
@@ -313,7 +322,8 @@ impl LightMaps {
                 match map.drawn {
                     _ if map.size == 0 => false,
                     None => true,
-                    Some(_) if map.incomplete => true,
+                    // What was missing has come, or may have.
+                    Some(_) if map.incomplete || (map.waits && map.in_doubt) => true,
                     Some(_) if limits.frozen || map.age < interval => false,
                     Some(drawn) => {
                         let resized = map.tile.is_none_or(|tile| tile.size != map.size);
@@ -391,7 +401,8 @@ impl LightMaps {
                 continue;
             }
             drawn += 1;
-            map.incomplete = !ready || views.waits(map.light, face);
+            map.incomplete = !ready;
+            map.waits = views.waits(map.light, face);
             queue.0.extend(views.get(map.light, face));
         }
         drawn

@@ -85,6 +85,7 @@ pub(crate) fn extract_rsm_views(
     statistics: Res<GiStatistics>,
 ) {
     let scene = LitScene::new(&grids, &casters, &cameras).filter(|_| needs.rsm);
+    let scene = scene.map(LitScene::of_lit);
     let wanted = match scene {
         Some(scene) => {
             let limits = Limits {

@@ -51,6 +51,40 @@ fn is_of_this_map(map: RsmMap, p: vec3<f32>) -> bool {
     return true;
 }
 
+// Where something is seen in a texel, metres; w is 0 if there is nothing.
+fn seen_at(map: RsmMap, at: vec2<i32>) -> vec4<f32> {
+    if any(at < vec2(0)) || any(at >= vec2(i32(map.size))) {
+        return vec4(0.0);
+    }
+    let z = textureLoad(depth_texture, at, 0);
+    if z == 0.0 {
+        return vec4(0.0);
+    }
+    return vec4(rsm_position(map, (vec2<f32>(at) + 0.5) / f32(map.size), z), 1.0);
+}
+
+// A vector along the surface at `p`, towards the nearer of two neighbours: beyond an edge lies another surface.
+fn tangent(map: RsmMap, p: vec3<f32>, at: vec2<i32>, next: vec2<i32>) -> vec3<f32> {
+    let after = seen_at(map, at + next);
+    let before = seen_at(map, at - next);
+    let a = after.xyz - p;
+    let b = p - before.xyz;
+    if after.w == 0.0 || (before.w != 0.0 && dot(b, b) < dot(a, a)) {
+        return b * before.w;
+    }
+    return a;
+}
+
+// The normal on the lit side by the depths around a texel.
+fn normal_of_depths(map: RsmMap, p: vec3<f32>, at: vec2<i32>, to_light: vec3<f32>) -> vec3<f32> {
+    let n = cross(tangent(map, p, at, vec2(1, 0)), tangent(map, p, at, vec2(0, 1)));
+    let len = length(n);
+    if !(len > 0.0) {
+        return to_light;
+    }
+    return select(n, -n, dot(n, to_light) < 0.0) / len;
+}
+
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     let map = maps.array[resolve_.map];
@@ -94,6 +128,10 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
             // From afar, it shows less of its area to the side.
             arrives *= saturate(cosine);
         }
+    }
+    // A normal of zero or NaN becomes a corner of the octahedron in Bevy's G-buffer, as -z does.
+    if n.z < -0.9999 {
+        n = normal_of_depths(map, p, at, to_light);
     }
     // What the light sees is lit, whichever way a normal map or a two-sided leaf has turned it.
     n = select(n, -n, dot(n, to_light) < -0.2);

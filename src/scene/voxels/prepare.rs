@@ -76,6 +76,8 @@ pub struct SceneVoxels {
     /// Grows with every capture.
     pub version: u64,
     captured: Option<(Content, Grid)>,
+    /// Whether a mesh was missing then, as its assets were.
+    waits: bool,
     /// [`counter`] as it was some frames ago.
     pub(crate) readback: Readback,
     /// Voxels with a surface, as of the last read-back.
@@ -236,8 +238,11 @@ pub(crate) fn prepare_voxels(
         }
         voxels.job = None;
         let wanted = (content.0, volume.grid);
-        let frozen = settings.freeze_capture && voxels.captured.is_some();
-        let changed = (0..3).any(|axis| views.changed(volume.main.id(), axis));
+        let any = |what: fn(&CaptureViews<VoxelCapture>, Entity, u32) -> bool| {
+            (0..3).any(|axis| what(&views, volume.main.id(), axis))
+        };
+        let frozen = settings.freeze_capture && voxels.captured.is_some() && !voxels.waits;
+        let changed = any(CaptureViews::changed);
         if frozen || (voxels.captured == Some(wanted) && !changed) {
             continue;
         }
@@ -248,6 +253,7 @@ pub(crate) fn prepare_voxels(
         queue.0.extend([x, y, z]);
         // While pipelines are compiled, the scene is captured each frame: it grows complete.
         voxels.captured = (pipelines_ready && !changed).then_some(wanted);
+        voxels.waits = any(CaptureViews::waits);
         voxels.version += 1;
         voxels.current = 1 - voxels.current;
         voxels.previous_grid = voxels.grid;
@@ -335,6 +341,7 @@ impl SceneVoxels {
             capacity: capacity as u32,
             version: 0,
             captured: None,
+            waits: false,
             readback: Readback::new(device, counter::SLICE_COUNT),
             occupied: 0,
             missing: 0,

@@ -1,7 +1,11 @@
 // Sums a surface's attributes into the voxel it lies in. What a voxelizing fragment shader calls.
 #define_import_path bevy_gi::scene::voxels::splat
 
-#import bevy_pbr::prepass_io::VertexOutput
+#import bevy_pbr::{
+    mesh_bindings::mesh,
+    mesh_types::MESH_FLAGS_SIGN_DETERMINANT_MODEL_3X3_BIT,
+    prepass_io::VertexOutput,
+}
 #import bevy_gi::scene::voxels::types::{
     BRICK_EMPTY, BRICK_MARKED, BRICK_VOXELS, Voxelize, WORDS, brick_index, emission_level, emission_unit,
     local_index,
@@ -38,6 +42,23 @@ fn triangle_normal(in: VertexOutput) -> vec3<f32> {
     return cross(dpdx(in.world_position.xyz), dpdy(in.world_position.xyz));
 }
 
+// Whether the unit normal `n` of a triangle points to the side that is its front: that of its vertices'
+// normals, or of its winding where they say nothing. They may be missing, zero, NaN, or along the surface.
+fn faces_front(in: VertexOutput, is_front: bool, n: vec3<f32>) -> bool {
+#ifdef VERTEX_NORMALS
+    let cosine = dot(n, in.world_normal);
+    // Half a degree off the surface.
+    if abs(cosine) > 0.01 * length(in.world_normal) {
+        return cosine > 0.0;
+    }
+#endif
+    // The view stands on the positive side of its axis: what it sees from the front faces there. A mirrored
+    // mesh winds the other way round.
+    let flags = mesh[in.instance_index].flags;
+    let is_mirrored = (flags & MESH_FLAGS_SIGN_DETERMINANT_MODEL_3X3_BIT) == 0u;
+    return (n[voxelize.axis] > 0.0) == (is_front != is_mirrored);
+}
+
 fn splat(in: VertexOutput, is_front: bool, geometric: vec3<f32>, surface: VoxelSurface) {
     let len = length(geometric);
     if !(len > 0.0) {
@@ -45,15 +66,10 @@ fn splat(in: VertexOutput, is_front: bool, geometric: vec3<f32>, surface: VoxelS
     }
     var n = geometric / len;
     // See the module's docs: less than 60 degrees to the view's axis.
-    if abs(n[voxelize.axis]) < 0.5 {
+    if !(abs(n[voxelize.axis]) >= 0.5) {
         return;
     }
-#ifdef VERTEX_NORMALS
-    n = select(n, -n, dot(n, in.world_normal) < 0.0);
-#else
-    // The view stands on the positive side of its axis: what it sees from the front faces there.
-    n = select(n, -n, (n[voxelize.axis] > 0.0) != is_front);
-#endif
+    n = select(-n, n, faces_front(in, is_front, n));
 
     let volume = voxelize.volume;
     let p = (in.world_position.xyz - volume.origin) / volume.voxel;
