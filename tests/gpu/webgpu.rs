@@ -1,7 +1,7 @@
 //! Devices that can do less: those that have what WebGPU guarantees and no more, and those that lack something.
 
 use bevy::{
-    pbr::OpaqueRendererMethod,
+    material::OpaqueRendererMethod,
     prelude::*,
     render::settings::{WgpuLimits, WgpuSettings, WgpuSettingsPriority},
 };
