@@ -14,16 +14,16 @@ use bevy::{
         morph::{MeshMorphWeights, MorphAttributes},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
-};
-use bevy::{
     pbr::{Material, MaterialPlugin},
     prelude::*,
+    reflect::GetPath,
     render::{
         RenderApp, RenderPlugin,
         pipelined_rendering::PipelinedRenderingPlugin,
         render_resource::{
-            AsBindGroup, BindGroupLayoutDescriptor, BindingType, BufferBindingType, CachedPipeline,
-            CachedPipelineState, PipelineCache, PipelineDescriptor, ShaderStages, TextureFormat,
+            AsBindGroup, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType,
+            BufferBindingType, CachedPipeline, CachedPipelineState, PipelineCache,
+            PipelineDescriptor, ShaderStages, TextureFormat, binding_types::storage_buffer_sized,
         },
         renderer::{
             RenderAdapter, RenderAdapterInfo, RenderDevice, RenderInstance, RenderQueue,
@@ -37,7 +37,7 @@ use bevy::{
 };
 
 use crate::{
-    GiSupport,
+    FieldRange, GiSettingsRegistry, GiStatistics, GiSupport,
     camera::ExtractedGiCamera,
     gpu::caps::{COMMON, DeviceNeeds, WRITTEN},
     prelude::*,
@@ -385,26 +385,51 @@ fn everything_runs_within_the_limits_of_webgpu() {
     let left: Vec<_> = all.difference(&checked).collect();
     assert!(left.is_empty(), "in no pipeline: {left:?}");
     assert!(all.len() > 40, "only {} were found", all.len());
+
+    // And the device would have complained.
+    let nine = vec![storage_buffer_sized(false, None).build(0, ShaderStages::COMPUTE); 9];
+    let nine = (0..)
+        .zip(nine)
+        .map(|(binding, entry)| BindGroupLayoutEntry { binding, ..entry });
+    let device = idle.app.world().resource::<RenderDevice>();
+    device.create_bind_group_layout("nine", &nine.collect::<Vec<_>>());
+    assert!(!idle.errors.lock().unwrap().is_empty());
+}
+
+/// Sets numbers to the greatest that they may be.
+fn enlarge(value: &mut dyn Reflect, ranges: &[FieldRange]) {
+    for range in ranges {
+        let Ok(field) = value.reflect_path_mut(range.field) else {
+            continue;
+        };
+        if let Some(number) = field.try_downcast_mut::<u32>() {
+            *number = range.max as u32;
+        } else if let Some(number) = field.try_downcast_mut::<f32>() {
+            *number = range.max as f32;
+        }
+    }
 }
 
 /// The largest settings make no buffer and no texture that WebGPU does not allow.
 #[test]
-fn the_largest_volume_fits_the_limits_of_webgpu() {
+fn the_largest_settings_fit_the_limits_of_webgpu() {
     let mut idle = Idle::new(WgpuLimits::defaults());
     let world = idle.app.world_mut();
-    world.resource_mut::<RadianceHintsSettings>().bounces = 6;
-    let probes = ProbeSet {
-        resolution: 64,
-        rays: 256,
-        ..default()
-    };
+    let registry = world.resource::<GiSettingsRegistry>().clone();
+    for entry in registry.iter() {
+        let mut value = entry.get_mut(world).expect("it is there");
+        enlarge(&mut *value, &entry.ranges);
+    }
+    assert!(world.resource::<GiSettings>().vpls > 10_000);
+    let mut probes = ProbeSet::default();
+    enlarge(&mut probes, &ProbeSet::ranges());
     idle.spawn_scene((GiVolume::new(Vec3::splat(4.0)).with_resolution(512), probes));
     for technique in [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints] {
         idle.use_technique(technique);
         idle.settle();
         idle.assert_fine();
     }
-    let counts = idle.app.world().resource::<crate::GiStatistics>().counts();
+    let counts = idle.app.world().resource::<GiStatistics>().counts();
     // 256 rays of 8 bytes in 128 MiB.
     let count = counts["scene/probes"];
     assert!((32_768..=65_536).contains(&count), "{count} probes");

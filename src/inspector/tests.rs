@@ -96,13 +96,26 @@ impl Panel {
         lines.collect::<Vec<_>>().join("\n")
     }
 
-    /// Presses the first thing with this text.
-    fn click(&mut self, label: &str) {
+    /// Where the first thing with this text is.
+    fn find(&mut self, label: &str) -> egui::Pos2 {
         let all = self.text();
         let found = self.text.iter().find(|(_, text)| text == label);
-        let Some(at) = found.map(|(at, _)| *at + egui::vec2(3.0, 3.0)) else {
+        let Some((at, _)) = found else {
             panic!("no '{label}' in\n{all}")
         };
+        *at + egui::vec2(3.0, 3.0)
+    }
+
+    /// What is to be read while the pointer rests there.
+    fn hover(&mut self, label: &str) -> String {
+        let at = self.find(label);
+        self.frame(vec![egui::Event::PointerMoved(at)]);
+        self.text()
+    }
+
+    /// Presses the first thing with this text.
+    fn click(&mut self, label: &str) {
+        let at = self.find(label);
         let button = |pressed| egui::Event::PointerButton {
             pos: at,
             button: egui::PointerButton::Primary,
@@ -218,9 +231,9 @@ fn a_technique_that_cannot_run_is_not_chosen() {
     panel.world().insert_resource(support);
     panel.click(GiTechnique::Off.title());
     assert!(!panel.text().contains("toaster"));
+    assert!(panel.hover(title).contains("toaster"));
     panel.click(title);
     assert_eq!(panel.get::<GiSettings>().technique, GiTechnique::Off);
-    assert!(panel.text().contains("toaster"), "the pointer is on it");
     panel.click(GiTechnique::RadianceHints.title());
     let hints = GiTechnique::RadianceHints;
     assert_eq!(panel.get::<GiSettings>().technique, hints);
