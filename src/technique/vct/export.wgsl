@@ -12,7 +12,7 @@ fn export_vct(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     // Always the same directions for the same side, or it would flicker.
-    let turn = hash3(id);
+    let turn = hash3(vec3(s.probe.xy, s.probe.z * 6u + s.side));
     let light = diffuse_cones(s.position, s.normal, cones.bounce_cones, turn, 0.5, true);
     store(s, light.radiance);
 }
