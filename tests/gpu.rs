@@ -6,6 +6,8 @@ mod common;
 
 #[path = "gpu/bad_input.rs"]
 mod bad_input;
+#[path = "gpu/cameras.rs"]
+mod cameras;
 #[path = "gpu/casters.rs"]
 mod casters;
 #[path = "gpu/cornell.rs"]

@@ -31,16 +31,17 @@ use crate::{
 ///
 /// # Which size, which resolution?
 ///
-/// Take the box of what shall be lit, walls included, and a little more, so that no wall lies on
-/// the border. A voxel (`longest side / resolution`) of a tenth of the smallest room's height is
-/// enough for diffuse light, a thirtieth for reflections. Memory grows with the surface (bricks)
-/// plus the cube of `resolution / 2` (55 bytes each).
+/// Take the box of what shall be lit, walls included, and more than [`fade`](Self::fade) on each side:
+/// over the fade, the volume lights less and less. [`around`](Self::around) makes a volume that fits
+/// all that lies between two corners. A voxel (`longest side / resolution`) of a tenth of the smallest
+/// room's height is enough for diffuse light, a thirtieth for reflections. Memory grows with the
+/// surface (bricks) plus the cube of `resolution / 2` (55 bytes each).
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Transform)]
 #[serde(default)]
 pub struct GiVolume {
-    /// Full size along the world's axes, metres, before the transform's scale. Each 0.01..=100000,
+    /// Full size along the world's axes, metres, before the transform's scale. Each 0.0001..=100000,
     /// default 20 x 10 x 20.
     pub extent: Vec3,
     /// Voxels along the longest side. Range 32..=512, default 128; other sides get as many cubic
@@ -51,7 +52,8 @@ pub struct GiVolume {
     /// volume is voxelized and lit again at each step.
     pub follow_camera: bool,
     /// Width of the border over which the volume's light blends into that of coarser volumes or
-    /// none, as a fraction of the extent. Range 0..=0.5, default 0.05.
+    /// none, as a fraction of the shortest side. It lies inside of the volume. Range 0..=0.5, default
+    /// 0.05.
     pub fade: f32,
 }
 
@@ -70,6 +72,27 @@ impl GiVolume {
             follow_camera: false,
             fade: 0.05,
         }
+    }
+
+    /// A volume with `resolution` voxels along its longest side that lights all that lies between two
+    /// corners, metres, in full: also planes on the border, since it reaches two voxels farther on each
+    /// side. It has no fade, for there is nothing beyond. With it, where it stands:
+    ///
+    /// ```no_run
+    /// # use bevy::prelude::*;
+    /// # use bevy_gi::prelude::*;
+    /// fn setup(mut commands: Commands) {
+    ///     commands.spawn(GiVolume::around(Vec3::ZERO, Vec3::new(8.0, 3.0, 5.0), 128));
+    /// }
+    /// ```
+    pub fn around(min: Vec3, max: Vec3, resolution: u32) -> (Self, Transform) {
+        let mut volume = Self::new((max - min).abs()).with_resolution(resolution);
+        Clamp::apply("GiVolume", &mut volume);
+        // The volume's longest side is the scene's and four of its voxels.
+        let voxel = volume.extent.max_element() / (volume.resolution - 2 * AROUND) as f32;
+        volume.extent += 2.0 * AROUND as f32 * voxel;
+        volume.fade = 0.0;
+        (volume, Transform::from_translation(0.5 * (min + max)))
     }
 
     /// The same volume with `resolution` voxels along its longest side.
@@ -101,11 +124,20 @@ impl GiVolume {
     }
 }
 
+/// Smallest side of a volume, metres.
+const SMALLEST: f32 = 1e-4;
+/// Voxels that [`GiVolume::around`] adds on each side.
+const AROUND: u32 = 2;
+
 impl Clamped for GiVolume {
     fn clamp(&mut self, c: &mut Clamp) {
-        c.float("extent.x", &mut self.extent.x, 0.01, 1e5).unit("m");
-        c.float("extent.y", &mut self.extent.y, 0.01, 1e5).unit("m");
-        c.float("extent.z", &mut self.extent.z, 0.01, 1e5).unit("m");
+        for (name, side) in [
+            ("extent.x", &mut self.extent.x),
+            ("extent.y", &mut self.extent.y),
+            ("extent.z", &mut self.extent.z),
+        ] {
+            c.float(name, side, SMALLEST, 1e5).unit("m");
+        }
         c.int("resolution", &mut self.resolution, 32, 512)
             .unit("voxels");
         c.float("fade", &mut self.fade, 0.0, 0.5);
@@ -191,7 +223,7 @@ pub struct GpuVolume {
     pub dims: UVec3,
     /// Levels of the radiance mip chain.
     pub levels: u32,
-    /// Fraction of the extent over which the volume fades out.
+    /// Fraction of the shortest side over which the volume fades out.
     pub fade: f32,
 }
 
@@ -301,6 +333,34 @@ mod tests {
             assert!(grid.size().cmpge(volume.extent - 1e-3).all(), "{grid:?}");
             assert_eq!(grid.dims % (1 << grid.levels), UVec3::ZERO);
             assert!((grid.center() - Vec3::ONE).length() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn around_reaches_beyond_its_fade_at_every_size_and_shape() {
+        for resolution in [0, 32, 60, 64, 100, 128, 300, 512] {
+            for size in [
+                Vec3::ONE,
+                Vec3::new(8.0, 3.0, 5.0),
+                Vec3::new(100.0, 0.0, 60.0),
+                Vec3::new(0.0, 2.0, 0.0),
+            ] {
+                for scale in [1e-3, 1.0, 1e3] {
+                    let (min, max) = (Vec3::splat(-scale), size * scale - scale);
+                    let (volume, at) = GiVolume::around(min, max, resolution);
+                    let grid = Grid::new(&volume, at.translation, Vec3::ONE).unwrap();
+                    let fade = volume.fade * grid.size().min_element();
+                    let margin = (min - grid.origin).min(grid.origin + grid.size() - max);
+                    let voxels = (margin.min_element() - fade) / grid.voxel;
+                    assert!(
+                        voxels > 1.9,
+                        "{size} x {scale}, {resolution}: {voxels} voxels"
+                    );
+                    // No more than it must, along the longest side.
+                    let longest = size.max_element() * scale;
+                    assert!(grid.voxel < 1.01 * longest / (volume.resolution - 4) as f32);
+                }
+            }
         }
     }
 

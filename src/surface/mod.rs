@@ -73,6 +73,12 @@ pub(crate) fn init_surface_layout(mut commands: Commands) {
     )));
 }
 
+/// Cameras that showed global illumination and do not any more.
+type SwitchedOff = (
+    With<ViewSurface>,
+    Or<(Without<ExtractedGiCamera>, Without<ExtractedCamera>)>,
+);
+
 pub(crate) fn prepare_surfaces(
     mut commands: Commands,
     views: Query<(
@@ -81,12 +87,17 @@ pub(crate) fn prepare_surfaces(
         &ExtractedCamera,
         Option<&ViewPrepassTextures>,
     )>,
+    left: Query<Entity, SwitchedOff>,
     settings: Res<GiSettings>,
     layout: Option<Res<SurfaceLayout>>,
     uniforms: Res<ViewUniforms>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
 ) {
+    // What they remember would be old when they are on again.
+    for entity in &left {
+        commands.entity(entity).remove::<ViewSurface>();
+    }
     let (Some(layout), Some(uniforms)) = (layout, uniforms.uniforms.binding()) else {
         return;
     };
