@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     camera::GiCamera,
     gpu::statistics::GiStatistics,
+    scene::probes::ProbeSet,
     settings::{Clamp, Clamped, FieldRange, GiQuality},
 };
 
@@ -75,8 +76,9 @@ impl GiVolume {
     }
 
     /// A volume with `resolution` voxels along its longest side that lights all that lies between two
-    /// corners, metres, in full: also planes on the border, since it reaches two voxels farther on each
-    /// side. It has no fade, for there is nothing beyond. With it, where it stands:
+    /// corners, metres, in full, planes on the border included: it reaches farther by what voxels and
+    /// the probes of a default [`ProbeSet`](crate::ProbeSet) need on the outer side of a plane. It has no
+    /// fade, for there is nothing beyond. With it, where it stands:
     ///
     /// ```no_run
     /// # use bevy::prelude::*;
@@ -88,9 +90,14 @@ impl GiVolume {
     pub fn around(min: Vec3, max: Vec3, resolution: u32) -> (Self, Transform) {
         let mut volume = Self::new((max - min).abs()).with_resolution(resolution);
         Clamp::apply("GiVolume", &mut volume);
-        // The volume's longest side is the scene's and four of its voxels.
-        let voxel = volume.extent.max_element() / (volume.resolution - 2 * AROUND) as f32;
-        volume.extent += 2.0 * AROUND as f32 * voxel;
+        let voxels = volume.resolution as f32;
+        // A plane may fill two voxels; and the outermost probes, half a cell within the border, must stand a voxel
+        // before it to light it.
+        let half_cell = 0.5 * voxels / ProbeSet::default().resolution as f32;
+        let margin = f32::max(2.0, half_cell + 1.0);
+        // The volume's longest side is the scene's and both margins, in voxels of the volume.
+        let voxel = volume.extent.max_element() / (voxels - 2.0 * margin);
+        volume.extent += 2.0 * margin * voxel;
         volume.fade = 0.0;
         (volume, Transform::from_translation(0.5 * (min + max)))
     }
@@ -126,8 +133,6 @@ impl GiVolume {
 
 /// Smallest side of a volume, metres.
 const SMALLEST: f32 = 1e-4;
-/// Voxels that [`GiVolume::around`] adds on each side.
-const AROUND: u32 = 2;
 
 impl Clamped for GiVolume {
     fn clamp(&mut self, c: &mut Clamp) {
@@ -324,6 +329,7 @@ fn extract_volumes(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::probes::Lattice;
 
     #[test]
     fn voxels_are_cubic_and_cover_the_extent() {
@@ -352,13 +358,14 @@ mod tests {
                     let fade = volume.fade * grid.size().min_element();
                     let margin = (min - grid.origin).min(grid.origin + grid.size() - max);
                     let voxels = (margin.min_element() - fade) / grid.voxel;
+                    let lattice = Lattice::new(&ProbeSet::default(), &grid);
+                    let outermost = lattice.origin + 0.5 * lattice.cell;
+                    let before = (min - outermost).min_element() / grid.voxel;
+                    assert!(before > 0.9, "{before} voxels from a probe to a plane");
                     assert!(
                         voxels > 1.9,
                         "{size} x {scale}, {resolution}: {voxels} voxels"
                     );
-                    // No more than it must, along the longest side.
-                    let longest = size.max_element() * scale;
-                    assert!(grid.voxel < 1.01 * longest / (volume.resolution - 4) as f32);
                 }
             }
         }
