@@ -14,6 +14,8 @@ mod casters;
 mod cornell;
 #[path = "gpu/debug.rs"]
 mod debug;
+#[path = "gpu/files.rs"]
+mod files;
 #[path = "gpu/forward.rs"]
 mod forward;
 #[path = "gpu/hints.rs"]
