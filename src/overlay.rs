@@ -85,7 +85,7 @@ fn keep_picture_below(
         if draws_over && shown.get(target).is_some_and(hides) {
             make_layer(&mut camera);
             shown.insert(target, None);
-            layers.push(*main);
+            layers.push(main.id());
         } else {
             shown.insert(target, Some(own));
         }
