@@ -36,7 +36,7 @@ struct Options {
     #[command(flatten)]
     settings: SettingsOptions,
     /// The technique at the left: off, vct, hints, reference.
-    #[arg(long, default_value = "vct", value_parser = technique)]
+    #[arg(long, default_value = "hints", value_parser = technique)]
     left: Technique,
     /// The technique at the right, which the left is measured against.
     #[arg(long, default_value = "reference", value_parser = technique)]

@@ -14,7 +14,7 @@ use common::{
     open::{self, OpenPlugin, SceneOptions},
     options::{self, SettingsOptions, Technique, size, technique, view},
     projector::Projector,
-    reference,
+    reference, scenes,
     studio::{Film, Studio},
     truth::{ShowTruth, TruthPlugin},
     window,
@@ -28,7 +28,8 @@ struct Options {
     scene: SceneOptions,
     #[command(flatten)]
     settings: SettingsOptions,
-    /// How indirect light is computed: off, vct, hints, reference.
+    /// How indirect light is computed: off, vct, hints, reference. Default: hints; in a bundled scene, what shows it
+    /// best.
     #[arg(long, value_parser = technique)]
     technique: Option<Technique>,
     /// No window: render, write, exit.
@@ -87,7 +88,11 @@ fn main() -> ExitCode {
 }
 
 fn configure(world: &mut World, options: &Options) -> Result<(), String> {
-    options.settings.apply(world, options.technique)?;
+    let scene = options.scene.scene.as_deref().and_then(scenes::find);
+    // A file of settings has a technique of its own.
+    let usual = scene.filter(|_| options.settings.settings.is_none());
+    let usual = usual.and_then(|scene| scene.technique).map(Technique::Gi);
+    options.settings.apply(world, options.technique.or(usual))?;
     if let Some(view) = options.view {
         world.resource_mut::<GiDebugSettings>().view = view;
     }

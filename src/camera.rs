@@ -35,6 +35,24 @@ use crate::{
 /// see; one level of detail turns into the next in the middle of their margins. So cameras whose layers differ share
 /// the light of all of these layers. As in Bevy, a mesh casts into the shadow maps of those lights with which it
 /// shares a layer.
+///
+/// # Cameras above it
+///
+/// What draws over it on the same target, such as a camera for the user interface, has a higher
+/// `Camera::order`, and clears nothing. With `Hdr` and `Msaa::Off` it shares this camera's texture; without, it
+/// is blended over the picture from a texture of its own.
+///
+/// ```no_run
+/// # use bevy::{camera::Hdr, prelude::*, render::view::Msaa};
+/// # use bevy_gi::prelude::*;
+/// fn setup(mut commands: Commands) {
+///     commands.spawn((Camera3d::default(), GiCamera::default()));
+///     let over = Camera { order: 1, clear_color: ClearColorConfig::None, ..default() };
+///     commands.spawn((Camera2d, over, Hdr, Msaa::Off));
+/// }
+/// ```
+///
+/// Cameras side by side each have a `Camera::viewport`, and all but the first clear nothing.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Camera3d, Hdr, DepthPrepass, MotionVectorPrepass, DeferredPrepass)]

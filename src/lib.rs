@@ -19,8 +19,8 @@
 //!
 //! | [`GiTechnique`] | module | idea |
 //! |---|---|---|
-//! | `VoxelConeTracing` | [`technique::vct`] | voxelize, light, filter, trace cones per pixel |
-//! | `RadianceHints` | [`technique::hints`] | a coarse lattice of points holds the light, surfaces interpolate |
+//! | `RadianceHints`, the default | [`technique::hints`] | a coarse lattice of points holds the light, surfaces interpolate |
+//! | `VoxelConeTracing` | [`technique::vct`] | voxelize, light, filter, trace cones per pixel: glossy reflections |
 //!
 //! # How it hangs together
 //!
@@ -45,6 +45,7 @@ mod forward_views;
 mod gpu;
 #[cfg(feature = "inspector")]
 pub mod inspector;
+mod overlay;
 mod plugins;
 #[cfg(feature = "reference")]
 pub mod reference;

@@ -8,6 +8,7 @@ use crate::{
     debug::DebugPlugin,
     forward_views::ForwardViewsPlugin,
     gpu::{GpuPlugin, caps},
+    overlay::OverlayPlugin,
     scene::ScenePlugin,
     schedule::SchedulePlugin,
     settings::SettingsPlugin,
@@ -29,6 +30,7 @@ impl PluginGroup for GiPlugins {
             .add(SchedulePlugin)
             .add(SettingsPlugin)
             .add(GiCameraPlugin)
+            .add(OverlayPlugin)
             .add(ForwardViewsPlugin)
             // From the scene to the picture.
             .add(GpuPlugin)

@@ -8,12 +8,16 @@ mod common;
 mod bad_input;
 #[path = "gpu/bulbs.rs"]
 mod bulbs;
+#[path = "gpu/cameras.rs"]
+mod cameras;
 #[path = "gpu/casters.rs"]
 mod casters;
 #[path = "gpu/cornell.rs"]
 mod cornell;
 #[path = "gpu/debug.rs"]
 mod debug;
+#[path = "gpu/files.rs"]
+mod files;
 #[path = "gpu/forward.rs"]
 mod forward;
 #[path = "gpu/hints.rs"]

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use bevy::{
     camera::{Exposure, primitives::Aabb},
     camera_controller::free_camera::FreeCamera,
+    light::{CascadeShadowConfig, CascadeShadowConfigBuilder},
     prelude::*,
     world_serialization::WorldInstance,
 };
@@ -275,14 +276,11 @@ fn frame_scene(
     }
     opened.ready = true;
     let center = 0.5 * (min + max);
-    let extent = (max - min).max(Vec3::splat(0.01));
+    let diagonal = (max - min).length().max(1e-4);
 
     if file.is_some() {
-        commands.spawn((
-            GiVolume::new(extent * 1.04 + 0.02 * extent.max_element())
-                .with_resolution(options.resolution.unwrap_or(128)),
-            Transform::from_translation(center),
-        ));
+        let resolution = options.resolution.unwrap_or(128);
+        commands.spawn(GiVolume::around(min, max, resolution));
     }
     if let Some(resolution) = options.resolution {
         for mut volume in &mut volumes {
@@ -311,6 +309,7 @@ fn frame_scene(
         }
         if let Some(mut light) = directional {
             light.shadow_maps_enabled = true;
+            commands.entity(entity).insert(cascades(diagonal));
         }
     }
     if let Some(direction) = options.sun {
@@ -321,11 +320,7 @@ fn frame_scene(
                 ..default()
             },
             Transform::default().looking_to(direction.normalize_or(Vec3::NEG_Y), Vec3::X),
-            bevy::light::CascadeShadowConfigBuilder {
-                maximum_distance: extent.length() * 1.5,
-                ..default()
-            }
-            .build(),
+            cascades(diagonal),
         ));
     }
 
@@ -348,9 +343,11 @@ fn frame_scene(
             .entity(entity)
             .remove::<Camera3d>()
             .remove::<Camera>();
-        from_file.get_or_insert((transform.compute_transform(), projection));
+        // A camera is not scaled with its node (glTF 2.0, section 3.10.2).
+        let transform = transform.compute_transform().with_scale(Vec3::ONE);
+        from_file.get_or_insert((transform, projection));
     }
-    let radius = extent.length() * 0.5;
+    let radius = diagonal * 0.5;
     let all = SceneView {
         eye: center + Vec3::new(0.0, 0.25, 1.0).normalize() * radius / (0.5 * fov).sin(),
         look: center,
@@ -376,13 +373,13 @@ fn frame_scene(
             };
             *transform = Transform::from_translation(eye).looking_at(look, up);
         }
-        let far = (extent.length() * 4.0).max(1000.0);
+        let far = (diagonal * 4.0).max(1000.0);
         if let Projection::Perspective(p) = &mut *projection {
             if options.fov.is_some() || bundled.is_some() || from_file.is_none() {
                 p.fov = fov;
             }
             p.far = far;
-            p.near = p.near.min(0.05);
+            p.near = p.near.min(0.05).min(1e-3 * diagonal);
         }
         exposure.ev100 = options.ev100.unwrap_or(view.ev100);
         if let Some(sky) = &sky {
@@ -391,6 +388,18 @@ fn frame_scene(
             commands.insert_resource(ClearColor(seen.with_alpha(1.0).into()));
         }
     }
+}
+
+/// Shadows of a sun over a whole scene, as Bevy has them, of any size.
+fn cascades(diagonal: f32) -> CascadeShadowConfig {
+    let maximum_distance = diagonal * 1.5;
+    CascadeShadowConfigBuilder {
+        minimum_distance: 1e-3 * maximum_distance.min(100.0),
+        first_cascade_far_bound: (0.2 * maximum_distance).min(10.0),
+        maximum_distance,
+        ..default()
+    }
+    .build()
 }
 
 /// A GI camera that flies, for [`OpenPlugin`] to put in its place.

@@ -2,10 +2,10 @@
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_gi::surface::{
-    Surface, diffuse_albedo, gathered_pixel, load_surface, position_at, previous_uv, specular_albedo, view,
+    Surface, diffuse_albedo, gathered_pixel, kept_surface, load_surface, position_at, previous_uv, specular_albedo,
+    view, view_height,
 }
 #import bevy_pbr::ssao_utils::ssao_multibounce
-#import bevy_pbr::utils::octahedral_decode
 
 struct Composite {
     size: vec2<u32>,
@@ -28,7 +28,7 @@ struct Fog {
 @group(1) @binding(1) var diffuse_texture: texture_2d<f32>;
 @group(1) @binding(2) var specular_texture: texture_2d<f32>;
 @group(1) @binding(3) var surface_texture: texture_2d<f32>;
-// At full resolution, if there is one.
+// Of the viewport's size, if there is one.
 @group(1) @binding(4) var ssao_texture: texture_2d<f32>;
 
 struct Indirect {
@@ -60,23 +60,24 @@ fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
     var specular = vec4(0.0);
     var total = 0.0;
     var similar = 0.0;
+    let height = view_height(s.depth);
     for (var i = 0; i < 4; i++) {
         let o = vec2(i & 1, i >> 1u);
         let tap = clamp(base + o, vec2(0), vec2<i32>(composite.size) - 1);
-        let other = textureLoad(surface_texture, tap, 0);
-        if other.w == 0.0 {
+        let other = kept_surface(textureLoad(surface_texture, tap, 0));
+        if !other.exists {
             continue;
         }
         let b = mix(1.0 - f, f, vec2<f32>(o));
-        let facing = saturate(dot(octahedral_decode(other.xy), s.normal));
-        let off = dot(s.normal, gathered_point(tap, other.z) - s.position);
-        let apart = abs(off) / max(s.depth, 1e-3);
+        let facing = saturate(dot(other.normal, s.normal));
+        let off = dot(s.normal, gathered_point(tap, other.depth) - s.position);
+        let apart = abs(off) / height;
         // Never quite 0: a pixel that no neighbour resembles takes the most similar.
-        let w = (b.x * b.y + 1e-3) * (pow(facing, 8.0) + 1e-3) / (1e-3 + apart * apart * 100.0 + 1e-4 * apart);
+        let w = (b.x * b.y + 1e-3) * (pow(facing, 8.0) + 1e-3) / (1e-3 + apart * apart * 70.0 + 1e-4 * apart);
         diffuse += w * textureLoad(diffuse_texture, tap, 0);
         specular += w * textureLoad(specular_texture, tap, 0);
         total += w;
-        similar += b.x * b.y * pow(facing, 8.0) * saturate(1.0 - 20.0 * apart);
+        similar += b.x * b.y * pow(facing, 8.0) * saturate(1.0 - 16.0 * apart);
     }
     let scale = select(0.0, 1.0 / total, total > 0.0);
     return Indirect(
@@ -118,7 +119,7 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     var diffuse_occlusion = vec3(surface.occlusion);
     var specular_occlusion = surface.occlusion;
     if composite.ssao != 0u {
-        let ssao = textureLoad(ssao_texture, vec2<i32>(in.position.xy), 0).r;
+        let ssao = textureLoad(ssao_texture, pixel, 0).r;
         let n_dot_v = max(dot(surface.normal, surface.to_eye), 1e-4);
         let alpha = surface.roughness * surface.roughness;
         diffuse_occlusion = min(diffuse_occlusion, ssao_multibounce(ssao, surface.base_color));

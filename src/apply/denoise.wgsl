@@ -1,7 +1,6 @@
 // Spatial filter of accumulated light: a mean over neighbours on the same surface.
 
-#import bevy_gi::surface::{gathered_pixel, position_at}
-#import bevy_pbr::utils::octahedral_decode
+#import bevy_gi::surface::{gathered_pixel, kept_surface, position_at, view_height}
 
 struct Denoise {
     size: vec2<u32>,
@@ -13,7 +12,7 @@ struct Denoise {
 @group(1) @binding(0) var<uniform> settings: Denoise;
 @group(1) @binding(1) var diffuse_texture: texture_2d<f32>;
 @group(1) @binding(2) var specular_texture: texture_2d<f32>;
-// Octahedral normal, depth, and 1 where there is a surface.
+// What `keep_surface` stored.
 @group(1) @binding(3) var surface_texture: texture_2d<f32>;
 @group(1) @binding(4) var diffuse_target: texture_storage_2d<rgba16float, write>;
 @group(1) @binding(5) var specular_target: texture_storage_2d<rgba16float, write>;
@@ -29,14 +28,15 @@ fn denoise(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = vec2<i32>(id.xy);
-    let own = textureLoad(surface_texture, at, 0);
-    if own.w == 0.0 {
+    let own = kept_surface(textureLoad(surface_texture, at, 0));
+    if !own.exists {
         textureStore(diffuse_target, at, vec4(0.0));
         textureStore(specular_target, at, vec4(0.0));
         return;
     }
-    let normal = octahedral_decode(own.xy);
-    let p = point(at, own.z);
+    let p = point(at, own.depth);
+    // The same plane, within a fortieth of what the view shows there.
+    let reach = 0.025 * view_height(own.depth);
     var diffuse = vec4(0.0);
     var specular = vec4(0.0);
     var total = 0.0;
@@ -47,13 +47,12 @@ fn denoise(@builtin(global_invocation_id) id: vec3<u32>) {
             if any(tap < vec2(0)) || any(tap >= vec2<i32>(settings.size)) {
                 continue;
             }
-            let other = textureLoad(surface_texture, tap, 0);
-            if other.w == 0.0 {
+            let other = kept_surface(textureLoad(surface_texture, tap, 0));
+            if !other.exists {
                 continue;
             }
-            // The same plane, within a fiftieth of the distance; and much the same normal.
-            let apart = abs(dot(normal, point(tap, other.z) - p)) / (0.02 * own.z);
-            let facing = saturate(dot(octahedral_decode(other.xy), normal));
+            let apart = abs(dot(own.normal, point(tap, other.depth) - p)) / reach;
+            let facing = saturate(dot(other.normal, own.normal));
             let w = pow(facing, 16.0) * saturate(1.0 - apart);
             if x == 0 && y == 0 || w > 0.0 {
                 let weight = select(w, 1.0, x == 0 && y == 0);

@@ -30,7 +30,7 @@ struct Gather {
 // Share of a volume at `p`: 1 inside, 0 outside, smooth over its border.
 fn inside(b: Box, p: vec3<f32>) -> f32 {
     let d = min(p - b.min, b.max - p);
-    return smoothstep(0.0, max(b.fade, 1e-4), min(d.x, min(d.y, d.z)));
+    return smoothstep(0.0, max(b.fade, 1e-6 * (b.max.x - b.min.x)), min(d.x, min(d.y, d.z)));
 }
 
 // Part of a gathered pixel that finer volumes have lit already.

@@ -1,7 +1,6 @@
 // Temporal accumulation of gathered light on reprojected surfaces.
 
-#import bevy_gi::surface::{gathered_pixel, load_surface, previous_uv}
-#import bevy_pbr::utils::{octahedral_decode, octahedral_encode}
+#import bevy_gi::surface::{gathered_pixel, keep_surface, kept_surface, load_surface, previous_uv, view_height}
 
 struct Temporal {
     size: vec2<u32>,
@@ -40,9 +39,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(surface_target, at, vec4(0.0));
         return;
     }
-    // Half floats end there.
-    let depth = min(surface.depth, 65504.0);
-    textureStore(surface_target, at, vec4(octahedral_encode(surface.normal), depth, 1.0));
+    textureStore(surface_target, at, keep_surface(surface));
     let diffuse = textureLoad(new_diffuse, at, 0);
     let specular = textureLoad(new_specular, at, 0);
 
@@ -61,10 +58,10 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
             if any(tap < vec2(0)) || any(tap >= vec2<i32>(temporal.size)) {
                 continue;
             }
-            let old = textureLoad(old_surface, tap, 0);
-            let same = old.w > 0.0
-                && abs(old.z - surface.depth) < 0.1 * surface.depth
-                && dot(octahedral_decode(old.xy), surface.normal) > 0.8;
+            let old = kept_surface(textureLoad(old_surface, tap, 0));
+            let same = old.exists
+                && abs(old.depth - surface.depth) < 0.12 * view_height(surface.depth)
+                && dot(old.normal, surface.normal) > 0.8;
             if !same {
                 continue;
             }

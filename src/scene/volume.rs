@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     camera::GiCamera,
     gpu::statistics::GiStatistics,
+    scene::probes::ProbeSet,
     settings::{Clamp, Clamped, FieldRange, GiQuality},
 };
 
@@ -31,16 +32,17 @@ use crate::{
 ///
 /// # Which size, which resolution?
 ///
-/// Take the box of what shall be lit, walls included, and a little more, so that no wall lies on
-/// the border. A voxel (`longest side / resolution`) of a tenth of the smallest room's height is
-/// enough for diffuse light, a thirtieth for reflections. Memory grows with the surface (bricks)
-/// plus the cube of `resolution / 2` (55 bytes each).
+/// Take the box of what shall be lit, walls included, and more than [`fade`](Self::fade) on each side:
+/// over the fade, the volume lights less and less. [`around`](Self::around) makes a volume that fits
+/// all that lies between two corners. A voxel (`longest side / resolution`) of a tenth of the smallest
+/// room's height is enough for diffuse light, a thirtieth for reflections. Memory grows with the
+/// surface (bricks) plus the cube of `resolution / 2` (55 bytes each).
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Transform)]
 #[serde(default)]
 pub struct GiVolume {
-    /// Full size along the world's axes, metres, before the transform's scale. Each 0.01..=100000,
+    /// Full size along the world's axes, metres, before the transform's scale. Each 0.0001..=100000,
     /// default 20 x 10 x 20.
     pub extent: Vec3,
     /// Voxels along the longest side. Range 32..=512, default 128; other sides get as many cubic
@@ -51,7 +53,8 @@ pub struct GiVolume {
     /// volume is voxelized and lit again at each step.
     pub follow_camera: bool,
     /// Width of the border over which the volume's light blends into that of coarser volumes or
-    /// none, as a fraction of the extent. Range 0..=0.5, default 0.05.
+    /// none, as a fraction of the shortest side. It lies inside of the volume. Range 0..=0.5, default
+    /// 0.05.
     pub fade: f32,
 }
 
@@ -70,6 +73,33 @@ impl GiVolume {
             follow_camera: false,
             fade: 0.05,
         }
+    }
+
+    /// A volume with `resolution` voxels along its longest side that lights all that lies between two
+    /// corners, metres, in full, planes on the border included: it reaches farther by what voxels and
+    /// the probes of a default [`ProbeSet`](crate::ProbeSet) need on the outer side of a plane. It has no
+    /// fade, for there is nothing beyond. With it, where it stands:
+    ///
+    /// ```no_run
+    /// # use bevy::prelude::*;
+    /// # use bevy_gi::prelude::*;
+    /// fn setup(mut commands: Commands) {
+    ///     commands.spawn(GiVolume::around(Vec3::ZERO, Vec3::new(8.0, 3.0, 5.0), 128));
+    /// }
+    /// ```
+    pub fn around(min: Vec3, max: Vec3, resolution: u32) -> (Self, Transform) {
+        let mut volume = Self::new((max - min).abs()).with_resolution(resolution);
+        Clamp::apply("GiVolume", &mut volume);
+        let voxels = volume.resolution as f32;
+        // The outermost probes, half a cell within the border, must stand before a plane to light it. Half a voxel more
+        // puts the planes of the longest side into the middle of voxels: rounding would choose between two.
+        let half_cell = 0.5 * voxels / ProbeSet::default().resolution as f32;
+        let margin = f32::max(2.0, (half_cell + 1.0).floor()) + 0.5;
+        // The volume's longest side is the scene's and both margins, in voxels of the volume.
+        let voxel = volume.extent.max_element() / (voxels - 2.0 * margin);
+        volume.extent += 2.0 * margin * voxel;
+        volume.fade = 0.0;
+        (volume, Transform::from_translation(0.5 * (min + max)))
     }
 
     /// The same volume with `resolution` voxels along its longest side.
@@ -101,11 +131,18 @@ impl GiVolume {
     }
 }
 
+/// Smallest side of a volume, metres.
+const SMALLEST: f32 = 1e-4;
+
 impl Clamped for GiVolume {
     fn clamp(&mut self, c: &mut Clamp) {
-        c.float("extent.x", &mut self.extent.x, 0.01, 1e5).unit("m");
-        c.float("extent.y", &mut self.extent.y, 0.01, 1e5).unit("m");
-        c.float("extent.z", &mut self.extent.z, 0.01, 1e5).unit("m");
+        for (name, side) in [
+            ("extent.x", &mut self.extent.x),
+            ("extent.y", &mut self.extent.y),
+            ("extent.z", &mut self.extent.z),
+        ] {
+            c.float(name, side, SMALLEST, 1e5).unit("m");
+        }
         c.int("resolution", &mut self.resolution, 32, MAX_RESOLUTION)
             .unit("voxels");
         c.float("fade", &mut self.fade, 0.0, 0.5);
@@ -194,7 +231,7 @@ pub struct GpuVolume {
     pub dims: UVec3,
     /// Levels of the radiance mip chain.
     pub levels: u32,
-    /// Fraction of the extent over which the volume fades out.
+    /// Fraction of the shortest side over which the volume fades out.
     pub fade: f32,
     /// Which of the maps of a directional light is this volume's.
     pub light_map: u32,
@@ -314,6 +351,7 @@ fn extract_volumes(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::probes::Lattice;
 
     #[test]
     fn voxels_are_cubic_and_cover_the_extent() {
@@ -323,6 +361,35 @@ mod tests {
             assert!(grid.size().cmpge(volume.extent - 1e-3).all(), "{grid:?}");
             assert_eq!(grid.dims % (1 << grid.levels), UVec3::ZERO);
             assert!((grid.center() - Vec3::ONE).length() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn around_reaches_beyond_its_fade_at_every_size_and_shape() {
+        for resolution in [0, 32, 60, 64, 100, 128, 300, 512] {
+            for size in [
+                Vec3::ONE,
+                Vec3::new(8.0, 3.0, 5.0),
+                Vec3::new(100.0, 0.0, 60.0),
+                Vec3::new(0.0, 2.0, 0.0),
+            ] {
+                for scale in [1e-3, 1.0, 1e3] {
+                    let (min, max) = (Vec3::splat(-scale), size * scale - scale);
+                    let (volume, at) = GiVolume::around(min, max, resolution);
+                    let grid = Grid::new(&volume, at.translation, Vec3::ONE).unwrap();
+                    let fade = volume.fade * grid.size().min_element();
+                    let margin = (min - grid.origin).min(grid.origin + grid.size() - max);
+                    let voxels = (margin.min_element() - fade) / grid.voxel;
+                    let lattice = Lattice::new(&ProbeSet::default(), &grid);
+                    let outermost = lattice.origin + 0.5 * lattice.cell;
+                    let before = (min - outermost).min_element() / grid.voxel;
+                    assert!(before > 0.49, "{before} voxels from a probe to a plane");
+                    assert!(
+                        voxels > 1.9,
+                        "{size} x {scale}, {resolution}: {voxels} voxels"
+                    );
+                }
+            }
         }
     }
 

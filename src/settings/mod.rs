@@ -26,10 +26,10 @@ pub(crate) use registry::{SettingsResource, SettingsResourcePlugin};
 pub enum GiTechnique {
     /// No indirect light. The camera renders as if the plugin were absent.
     Off,
-    /// Voxel cone tracing, see [`technique::vct`](crate::technique::vct).
-    #[default]
+    /// Voxel cone tracing, see [`technique::vct`](crate::technique::vct): for reflections in what is polished.
     VoxelConeTracing,
-    /// Radiance hints, see [`technique::hints`](crate::technique::hints).
+    /// Radiance hints, see [`technique::hints`](crate::technique::hints): the default.
+    #[default]
     RadianceHints,
 }
 
@@ -185,7 +185,8 @@ impl GiQuality {
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GiSettings {
-    /// The technique of every [`GiCamera`](crate::GiCamera) that names none itself.
+    /// The technique of every [`GiCamera`](crate::GiCamera) that names none itself. Default
+    /// [`GiTechnique::RadianceHints`].
     pub technique: GiTechnique,
     /// Factor on the indirect light that is added to the picture. 1 is physical. Range 0..=16,
     /// default 1. Does not change the bounces themselves, so it cannot run away. No cost.
@@ -242,7 +243,7 @@ pub struct GiSettings {
 impl Default for GiSettings {
     fn default() -> Self {
         Self {
-            technique: GiTechnique::VoxelConeTracing,
+            technique: GiTechnique::RadianceHints,
             indirect_strength: 1.0,
             gather_resolution: GatherResolution::Quarter,
             history_frames: 64,

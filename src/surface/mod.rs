@@ -69,6 +69,12 @@ pub(crate) fn init_surface_layout(mut commands: Commands) {
     )));
 }
 
+/// Cameras that showed global illumination and do not any more.
+type SwitchedOff = (
+    With<ViewSurface>,
+    Or<(Without<ExtractedGiCamera>, Without<ExtractedCamera>)>,
+);
+
 pub(crate) fn prepare_surfaces(
     mut commands: Commands,
     views: Query<(
@@ -77,11 +83,16 @@ pub(crate) fn prepare_surfaces(
         &ExtractedCamera,
         Option<&ViewPrepassTextures>,
     )>,
+    left: Query<Entity, SwitchedOff>,
     layout: Option<Res<SurfaceLayout>>,
     uniforms: Res<ViewUniforms>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
 ) {
+    // What they remember would be old when they are on again.
+    for entity in &left {
+        commands.entity(entity).remove::<ViewSurface>();
+    }
     let (Some(layout), Some(uniforms)) = (layout, uniforms.uniforms.binding()) else {
         return;
     };

@@ -5,7 +5,7 @@
     pbr_deferred_types::{
         DEFERRED_FLAGS_UNLIT_BIT, unpack_24bit_normal, unpack_flags, unpack_unorm4x8_,
     },
-    utils::octahedral_decode,
+    utils::{octahedral_decode, octahedral_encode},
 }
 #import bevy_render::view::View
 
@@ -33,6 +33,22 @@ struct Surface {
     occlusion: f32,
 }
 
+fn orthographic() -> bool {
+    return view.clip_from_view[3].w == 1.0;
+}
+
+// Metres per unit of view space along the view axis: 1, unless the camera's transform is scaled.
+fn metres_per_unit() -> f32 {
+    return length(view.world_from_view[2].xyz);
+}
+
+// Height of what the whole viewport shows at distance `depth` along the view axis, metres: the measure for how far
+// apart two surfaces look, whatever the size of the scene and the lens.
+fn view_height(depth: f32) -> f32 {
+    let at = select(abs(depth), metres_per_unit(), orthographic());
+    return 2.0 * at / abs(view.clip_from_view[1].y);
+}
+
 // The surface in `pixel`, counted from the viewport's corner.
 fn load_surface(pixel: vec2<u32>) -> Surface {
     var s: Surface;
@@ -47,13 +63,12 @@ fn load_surface(pixel: vec2<u32>) -> Surface {
     let ndc = vec3(uv * vec2(2.0, -2.0) + vec2(-1.0, 1.0), z);
     let world = view.world_from_clip * vec4(ndc, 1.0);
     s.position = world.xyz / world.w;
-    s.depth = -(view.view_from_world * vec4(s.position, 1.0)).z;
+    s.depth = -(view.view_from_world * vec4(s.position, 1.0)).z * metres_per_unit();
     // Orthographic cameras look along one axis everywhere.
-    let orthographic = view.clip_from_view[3].w == 1.0;
     s.to_eye = normalize(select(
         view.world_position - s.position,
         view.world_from_view[2].xyz,
-        orthographic,
+        orthographic(),
     ));
     let unlit = (unpack_flags(packed.a) & DEFERRED_FLAGS_UNLIT_BIT) != 0u;
     s.normal = octahedral_decode(unpack_24bit_normal(packed.a));
@@ -78,9 +93,32 @@ fn position_at(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
     let uv = (vec2<f32>(pixel) + 0.5) / view.viewport.zw;
     let near = view.view_from_clip * vec4(uv * vec2(2.0, -2.0) + vec2(-1.0, 1.0), 1.0, 1.0);
     let on_near = near.xyz / near.w;
-    let orthographic = view.clip_from_view[3].w == 1.0;
-    let scale = select(depth / -on_near.z, 1.0, orthographic);
-    return (view.world_from_view * vec4(on_near.xy * scale, -depth, 1.0)).xyz;
+    let units = depth / metres_per_unit();
+    let scale = select(units / -on_near.z, 1.0, orthographic());
+    return (view.world_from_view * vec4(on_near.xy * scale, -units, 1.0)).xyz;
+}
+
+// What is kept of a surface in four half floats: the normal, and the depth as `m * 2^e`, so that its relative
+// precision is the same at every distance; half floats alone end at 65 km and lose it below 0.1 mm.
+struct KeptSurface {
+    // False where there is none: then all four are 0.
+    exists: bool,
+    normal: vec3<f32>,
+    // Distance along the view axis, metres.
+    depth: f32,
+}
+
+// Keeps exponents above 0.
+const EXPONENT_BIAS: f32 = 256.0;
+
+fn keep_surface(s: Surface) -> vec4<f32> {
+    let exponent = clamp(floor(log2(max(abs(s.depth), 1e-30))), -100.0, 100.0);
+    return vec4(octahedral_encode(s.normal), s.depth * exp2(-exponent), exponent + EXPONENT_BIAS);
+}
+
+fn kept_surface(texel: vec4<f32>) -> KeptSurface {
+    let depth = texel.z * exp2(texel.w - EXPONENT_BIAS);
+    return KeptSurface(texel.w > 0.0, octahedral_decode(texel.xy), depth);
 }
 
 // Where the surface in `pixel` was in the last frame, as uv in the viewport.
@@ -104,16 +142,48 @@ fn specular_matters(s: Surface) -> bool {
     return max(s.reflectance, s.metallic) > 0.01;
 }
 
-// Reflectance of the whole GGX lobe for light that is the same all over it (Karis 2014, as in
-// Bevy's `EnvBRDFApprox`).
-fn specular_albedo(s: Surface) -> vec3<f32> {
-    let n_dot_v = max(dot(s.normal, s.to_eye), 1e-4);
+// Scale and offset of F0 in the reflectance of a GGX lobe, as Bevy fits them (`F_AB`, Karis 2014).
+fn fitted_scale_and_offset(roughness: f32, n_dot_v: f32) -> vec2<f32> {
     let c0 = vec4(-1.0, -0.0275, -0.572, 0.022);
     let c1 = vec4(1.0, 0.0425, 1.04, -0.04);
-    let r = s.roughness * c0 + c1;
+    let r = roughness * c0 + c1;
     let a = min(r.x * r.x, exp2(-9.28 * n_dot_v)) * r.x + r.y;
-    let ab = vec2(-1.04, 1.04) * a + r.zw;
+    return max(vec2(-1.04, 1.04) * a + r.zw, vec2(5e-5));
+}
+
+// The same for the lobe that Bevy shades lamps with: GGX with height-correlated Smith masking, integrated over the
+// hemisphere. Least-squares fits in roughness 0..1 and cosine 0.05..1, whose error is 0.01 (RMS). Bevy's own fit is
+// of another lobe: at roughness 0.9 seen head-on, it has 0.46 where this one has 0.36.
+fn scale_and_offset(roughness: f32, n_dot_v: f32) -> vec2<f32> {
+    let r2 = roughness * roughness;
+    let r = vec4(1.0, r2, r2 * roughness, r2 * r2);
+    let c = n_dot_v;
+    let t = 1.0 - n_dot_v;
+    let whole = mat4x4(
+        0.950, -0.987, 2.593, -1.670,
+        0.390, -5.233, 2.900, 0.422,
+        -0.731, 19.051, -30.528, 13.885,
+        0.386, -11.957, 21.601, -10.779,
+    );
+    let grazing = mat4x4(
+        0.345, -1.692, 1.348, 0.034,
+        -2.084, 9.076, -3.830, -3.377,
+        3.840, -3.670, -23.985, 24.378,
+        -1.162, -13.261, 43.509, -29.476,
+    );
+    let sum = dot(r, whole * vec4(1.0, c, c * c, c * c * c));
+    let offset = dot(r, grazing * (t * t * vec4(1.0, t, t * t, t * t * t)));
+    return saturate(vec2(sum - offset, offset));
+}
+
+// Part of light that is the same all over the specular lobe that is reflected, as Bevy's lamps have it
+// (`specular_multiscatter`): with the compensation for several bounces between microfacets, and grazing reflectance
+// that vanishes with F0.
+fn specular_albedo(s: Surface) -> vec3<f32> {
+    let n_dot_v = max(dot(s.normal, s.to_eye), 1e-4);
     let f = f0(s);
-    // Grazing reflectance vanishes with F0, as Bevy's f90 does.
-    return f * ab.x + saturate(50.0 / 3.0 * (f.r + f.g + f.b)) * ab.y;
+    let f90 = saturate(16.5 * (f.r + f.g + f.b));
+    let ab = scale_and_offset(s.roughness, n_dot_v);
+    let fitted = fitted_scale_and_offset(s.roughness, n_dot_v);
+    return (f * ab.x + f90 * ab.y) * (1.0 + f * (1.0 / (fitted.x + fitted.y) - 1.0));
 }

@@ -40,6 +40,7 @@ fn open(size: UVec2) -> (Headless, Entity, Handle<Image>) {
         ))
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(GiSettings {
+            technique: GiTechnique::VoxelConeTracing,
             sky: GiSky::Black,
             ..default()
         });

@@ -37,7 +37,8 @@ use crate::common::{
 /// With this exposure, a nit is 1 in the HDR target.
 pub const UNIT_EV100: f32 = -0.263_034;
 
-/// A headless app with the plugin, no ambient light, and emission in nits.
+/// A headless app with the plugin, no ambient light, and emission in nits; with voxel cone tracing, unless a test
+/// chooses another technique.
 pub fn app() -> Headless {
     app_on(WgpuSettings::default())
 }
@@ -49,6 +50,7 @@ pub fn app_on(device: WgpuSettings) -> Headless {
             .insert_resource(ClearColor(Color::BLACK))
             .insert_resource(GlobalAmbientLight::NONE)
             .insert_resource(GiSettings {
+                technique: GiTechnique::VoxelConeTracing,
                 replace_ambient: true,
                 sky: GiSky::Black,
                 emissive_units: bevy_gi::EmissiveUnits::Nits,

@@ -34,8 +34,8 @@ pub fn run(headless: bool, out: &Path) -> Result<()> {
     ] {
         for (suffix, more) in [
             ("off", &["--technique", "off"][..]),
-            ("on", &["--technique", "vct"]),
-            ("indirect", &["--technique", "vct", "--view", "indirect"]),
+            ("on", &[]),
+            ("indirect", &["--view", "indirect"]),
         ] {
             let picture = out.join(format!("{scene}_{suffix}.png"));
             let stats = out.join(format!("{scene}_{suffix}.json"));

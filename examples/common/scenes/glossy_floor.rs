@@ -1,6 +1,7 @@
 //! A polished floor that reflects what stands on it, lit by a strip light.
 
 use bevy::prelude::*;
+use bevy_gi::GiTechnique;
 
 use super::{
     Content, Scene, SceneView,
@@ -12,6 +13,8 @@ pub const SCENE: Scene = Scene {
     about: "a hall with a polished floor and a brushed column: specular light from all around",
     content: Content::Built(spawn),
     view,
+    // Hints know no reflections in what is polished.
+    technique: Some(GiTechnique::VoxelConeTracing),
     quick: true,
     ..Scene::PLAIN
 };

@@ -19,6 +19,7 @@ pub mod two_rooms;
 use std::{path::Path, sync::OnceLock};
 
 use bevy::prelude::*;
+use bevy_gi::GiTechnique;
 
 /// Where a scene is looked at from, and how brightly.
 #[derive(Resource, Clone, Copy, Debug)]
@@ -43,6 +44,8 @@ pub struct Scene {
     pub view: fn() -> SceneView,
     /// Nits of a sky all around.
     pub sky: Option<[f32; 3]>,
+    /// The technique that shows it best, where that is not the default.
+    pub technique: Option<GiTechnique>,
     /// Something that moves: puts it where it is at a time of 0..=1.
     pub motion: Option<fn(&mut World, f32)>,
     /// Whether it is part of quick measurements.
@@ -67,6 +70,7 @@ impl Scene {
             speed: 1.0,
         },
         sky: None,
+        technique: None,
         motion: None,
         quick: false,
         watched: false,

@@ -70,7 +70,7 @@ fn probe_corner(l: Lookup, i: u32) -> Corner {
     var seen = facing * facing;
     if probes.visibility != 0u {
         let way = l.lifted - position;
-        let distance = max(length(way), 1e-4);
+        let distance = max(length(way), 1e-4 * probes.cell);
         seen *= probe_sees(c.probe, way / distance, distance);
     }
     c.weight *= max(seen, LEAST);

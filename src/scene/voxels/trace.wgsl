@@ -35,9 +35,15 @@ fn load_voxel(index: u32) -> Voxel {
     return unpack_voxel(vec3(pool[at], pool[at + 1u], pool[at + 2u]));
 }
 
+// A point in voxels, rounded to 1/1024: probes of a regular lattice stand on faces of voxels, and which voxel they are
+// in must not be left to what is lost in single precision, which differs with the place and the size of the world.
+fn in_voxels(p: vec3<f32>, volume: Volume) -> vec3<f32> {
+    return round((p - volume.origin) / volume.voxel * 1024.0) / 1024.0;
+}
+
 // Whether a surface is in the voxel at a point.
 fn occupied_at(p: vec3<f32>, volume: Volume) -> bool {
-    let voxel = vec3<i32>(floor((p - volume.origin) / volume.voxel));
+    let voxel = vec3<i32>(floor(in_voxels(p, volume)));
     if any(voxel < vec3(0)) || any(voxel >= vec3<i32>(volume.dims)) {
         return false;
     }
@@ -51,7 +57,7 @@ fn trace_voxels(p: vec3<f32>, dir: vec3<f32>, reach: f32, volume: Volume) -> Hit
     let none = Hit(false, 0u, reach);
     let dims = vec3<i32>(volume.dims);
     // In voxels from here on.
-    let o = (p - volume.origin) / volume.voxel;
+    let o = in_voxels(p, volume);
     let end = reach / volume.voxel;
     let forward = dir >= vec3(0.0);
     let inverse = 1.0 / select(select(vec3(-1e-7), vec3(1e-7), forward), dir, abs(dir) > vec3(1e-7));

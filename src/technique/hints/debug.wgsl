@@ -73,7 +73,7 @@ fn hidden_neighbours(at: vec3<u32>, probe: u32) -> f32 {
             continue;
         }
         let way = hint_position(neighbour) - p;
-        let distance = max(length(way), 1e-4);
+        let distance = max(length(way), 1e-4 * probes.cell);
         hidden += 1.0 - probe_sees(at, way / distance, distance);
         count += 1.0;
     }

@@ -7,7 +7,7 @@
 fn guessed_visibility(distance: f32, a: vec2<f32>, b: vec2<f32>) -> f32 {
     let low = a.x + b.x;
     let high = a.y + b.y;
-    return 1.0 - saturate((distance - low) / max(high - low, 1e-4));
+    return 1.0 - saturate((distance - low) / max(high - low, 1e-4 * max(distance, 1e-30)));
 }
 
 // Tap `i` of `taps` over a surface, z along its normal, in units of their distance: one along the normal, the others
