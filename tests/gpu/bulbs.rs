@@ -33,9 +33,9 @@ fn lit_room(technique: GiTechnique, near: f32) -> (Headless, Handle<Image>) {
         ..default()
     };
     world.spawn((lamp, Transform::from_translation(LAMP)));
-    world.spawn(GiVolume::new(Vec3::splat(2.4)).with_resolution(64));
+    world.spawn(GiVolume::new(Vec3::splat(2.4)).with_resolution(48));
     let (eye, look) = (Vec3::new(-0.8, 0.0, 0.8), Vec3::new(0.3, -0.3, -0.3));
-    let (_, target) = camera(&mut headless, UVec2::new(48, 32), eye, look, 70.0);
+    let (_, target) = camera(&mut headless, UVec2::new(32, 24), eye, look, 70.0);
     (headless, target)
 }
 
@@ -64,11 +64,11 @@ fn sphere(headless: &mut Headless, radius: f32, two_sided: bool) -> Entity {
 fn a_bulb_lets_its_light_through() {
     for technique in BOTH {
         let (mut headless, target) = lit_room(technique, 0.1);
-        settle(&mut headless, 32);
+        settle(&mut headless, 24);
         let without = mean(&headless.picture(&target));
-        for (radius, two_sided) in [(0.01, true), (0.03, true), (0.03, false), (0.06, true)] {
+        for (radius, two_sided) in [(0.01, true), (0.05, true)] {
             let bulb = sphere(&mut headless, radius, two_sided);
-            settle(&mut headless, 32);
+            settle(&mut headless, 24);
             let ratio = mean(&headless.picture(&target)) / without;
             println!("{technique:?}, {radius} m, two-sided {two_sided}: {ratio}");
             // The bulb itself hides a little of the room from itself.
@@ -85,7 +85,7 @@ fn a_bulb_lets_its_light_through() {
 #[test]
 fn a_shade_without_shadow_lets_its_light_through() {
     let (mut headless, target) = lit_room(GiTechnique::RadianceHints, 0.1);
-    settle(&mut headless, 32);
+    settle(&mut headless, 24);
     let without = mean(&headless.picture(&target));
     let shade = sphere(&mut headless, 0.2, true);
     headless
@@ -93,7 +93,7 @@ fn a_shade_without_shadow_lets_its_light_through() {
         .world_mut()
         .entity_mut(shade)
         .insert(NotShadowCaster);
-    settle(&mut headless, 32);
+    settle(&mut headless, 24);
     let ratio = mean(&headless.picture(&target)) / without;
     println!("{ratio}");
     // It is in the way of a part of the light that bounces.
@@ -103,16 +103,14 @@ fn a_shade_without_shadow_lets_its_light_through() {
 /// A closed opaque shade outside of the near plane keeps the light in.
 #[test]
 fn a_closed_shade_keeps_the_light_in() {
-    for technique in BOTH {
-        for (radius, near) in [(0.25, 0.1), (0.15, 0.05)] {
-            let (mut headless, target) = lit_room(technique, near);
-            settle(&mut headless, 32);
-            let without = mean(&headless.picture(&target));
-            sphere(&mut headless, radius, true);
-            settle(&mut headless, 32);
-            let ratio = mean(&headless.picture(&target)) / without;
-            println!("{technique:?}, {radius} m: {ratio}");
-            assert!(ratio < 0.05, "{technique:?}, {radius} m: {ratio}");
-        }
+    for (radius, near) in [(0.25, 0.1), (0.15, 0.05)] {
+        let (mut headless, target) = lit_room(GiTechnique::RadianceHints, near);
+        settle(&mut headless, 24);
+        let without = mean(&headless.picture(&target));
+        sphere(&mut headless, radius, true);
+        settle(&mut headless, 24);
+        let ratio = mean(&headless.picture(&target)) / without;
+        println!("{radius} m: {ratio}");
+        assert!(ratio < 0.05, "{radius} m: {ratio}");
     }
 }
