@@ -325,7 +325,7 @@ mod tests {
         mesh.set_morph_targets(vec![raised; vertices]);
         let shape = MeshShape::new(&mesh).unwrap();
         let identity = Affine3A::IDENTITY;
-        for (weight, min, max) in [(3.0, -1.0, 4.0), (-2.0, -3.0, 1.0)] {
+        for (weight, min, max) in [(3.0, 2.0, 4.0), (-2.0, -3.0, -1.0)] {
             let pose = Pose {
                 weights: Some(&[weight]),
                 ..at_rest(&identity)
@@ -359,7 +359,7 @@ mod tests {
         };
         assert_bounds(
             shape.bounds(&pose),
-            Vec3::new(4.0, -1.0, -1.0),
+            Vec3::new(4.0, 0.0, -1.0),
             Vec3::new(6.0, 2.0, 1.0),
         );
         pose.joints = Some(&joints[..1]);
