@@ -100,17 +100,18 @@ fn a_shade_without_shadow_lets_its_light_through() {
     assert!((0.75..1.1).contains(&ratio), "{ratio}");
 }
 
-/// A closed opaque shade outside of the near plane keeps the light in.
+/// A closed opaque lantern with walls of two voxels keeps the light in. (Thinner ones leak: `docs/known_errors.md`.)
 #[test]
-fn a_closed_shade_keeps_the_light_in() {
-    for (radius, near) in [(0.25, 0.1), (0.15, 0.05)] {
-        let (mut headless, target) = lit_room(GiTechnique::RadianceHints, near);
+fn a_closed_lantern_keeps_the_light_in() {
+    for technique in BOTH {
+        let (mut headless, target) = lit_room(technique, 0.1);
         settle(&mut headless, 24);
         let without = mean(&headless.picture(&target));
-        sphere(&mut headless, radius, true);
+        let walls = material(&mut headless, diffuse([0.8; 3]));
+        room(&mut headless, LAMP - 0.15, LAMP + 0.15, 0.1, &walls);
         settle(&mut headless, 24);
         let ratio = mean(&headless.picture(&target)) / without;
-        println!("{radius} m: {ratio}");
-        assert!(ratio < 0.05, "{radius} m: {ratio}");
+        println!("{technique:?}: {ratio}");
+        assert!(ratio < 0.05, "{technique:?}: {ratio}");
     }
 }

@@ -128,7 +128,7 @@ fn a_second_volume_far_away_changes_nothing() {
         let ratio = mean(&both) / mean(&alone);
         println!("{technique:?}: {ratio}");
         // What is left is the noise of hints, which look at other virtual point lights.
-        assert!((ratio - 1.0).abs() < 0.02, "{technique:?}: {ratio}");
+        assert!((ratio - 1.0).abs() < 0.03, "{technique:?}: {ratio}");
     }
 }
 

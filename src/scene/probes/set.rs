@@ -48,8 +48,8 @@ pub struct ProbePin;
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ProbeSet {
-    /// Probes along the volume's longest side. Range 4..=64, default 24. Cost: with the cube, in memory
-    /// and while light changes.
+    /// Probes along the volume's longest side, as long as they stand two and a half voxels apart. Range 4..=64, default
+    /// 24. Cost: with the cube, in memory and while light changes.
     pub resolution: u32,
     /// Which cells have a probe. Default [`ProbePlacement::Volume`]. Single probes are placed by [`ProbePin`]s;
     /// around a camera that travels far, by [`GiCascades`](crate::GiCascades).
@@ -125,11 +125,21 @@ pub struct Lattice {
     pub dims: UVec3,
 }
 
+/// Voxels along a cell at least. Nearer to each other, the probes beside a surface stand in its own voxels, and see
+/// nothing.
+const LEAST_VOXELS: f32 = 2.5;
+
+/// Side of a cell, metres.
+fn cell(set: &ProbeSet, grid: &Grid) -> f32 {
+    let wanted = grid.size().max_element() / set.resolution as f32;
+    wanted.max(LEAST_VOXELS * grid.voxel)
+}
+
 impl Lattice {
     /// The lattice of a (clamped) set in a volume's grid.
     pub fn new(set: &ProbeSet, grid: &Grid) -> Self {
         let size = grid.size();
-        let cell = size.max_element() / set.resolution as f32;
+        let cell = cell(set, grid);
         let dims = (size / cell - 1e-3).ceil().max(Vec3::ONE);
         Self {
             origin: grid.center() - 0.5 * dims * cell,
@@ -142,7 +152,7 @@ impl Lattice {
     /// so that probes keep what they know. One more along each axis makes up for what the ends cut off.
     pub fn moving(set: &ProbeSet, grid: &Grid) -> Self {
         let size = grid.size();
-        let cell = size.max_element() / set.resolution as f32;
+        let cell = cell(set, grid);
         Self {
             // A little more, since a grid whose steps are whole cells is only nearly at one.
             origin: (grid.origin / cell + 1e-2).floor() * cell,
@@ -176,10 +186,22 @@ mod tests {
     use super::*;
     use crate::{scene::volume::GiVolume, settings::tests::check_ranges};
 
+    /// Or those beside a surface would stand in it.
+    #[test]
+    fn probes_stand_voxels_apart() {
+        let volume = GiVolume::default().with_resolution(32);
+        let grid = Grid::new(&volume, Vec3::ONE, Vec3::ONE).unwrap();
+        for resolution in [4, 24, 64] {
+            let set = ProbeSet::default().with_resolution(resolution);
+            assert!(Lattice::new(&set, &grid).cell >= LEAST_VOXELS * grid.voxel);
+            assert!(Lattice::moving(&set, &grid).cell >= LEAST_VOXELS * grid.voxel);
+        }
+    }
+
     #[test]
     fn a_lattice_covers_its_volume_with_cubes() {
         for resolution in [4, 10, 24, 64] {
-            let volume = GiVolume::new(Vec3::new(30.0, 12.5, 15.0));
+            let volume = GiVolume::new(Vec3::new(30.0, 12.5, 15.0)).with_resolution(256);
             let grid = Grid::new(&volume, Vec3::ONE, Vec3::ONE).unwrap();
             let set = ProbeSet::default().with_resolution(resolution);
             let lattice = Lattice::new(&set, &grid);
@@ -194,7 +216,7 @@ mod tests {
     #[test]
     fn a_moving_lattice_covers_its_volume_and_steps_in_whole_cells() {
         for resolution in [4, 10, 24, 64] {
-            let volume = GiVolume::default().following_camera();
+            let volume = GiVolume::default().with_resolution(256).following_camera();
             let set = ProbeSet::default().with_resolution(resolution);
             let at = |x: f32| Grid::new(&volume, Vec3::new(x, 1.0, -x), Vec3::ONE).unwrap();
             let first = Lattice::moving(&set, &at(0.0));
