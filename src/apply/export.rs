@@ -123,6 +123,7 @@ impl Plugin for ExportPlugin {
 }
 
 /// Gives each volume its light probe, and moves it with the volume.
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn sync_exports(
     mut commands: Commands,
     settings: Res<GiSettings>,

@@ -317,7 +317,8 @@ mod tests {
 
     #[test]
     fn what_one_technique_needs_turns_that_one_off() {
-        let changes: [(fn(&mut WgpuLimits), &str); 3] = [
+        type Change = fn(&mut WgpuLimits);
+        let changes: [(Change, &str); 3] = [
             (
                 |limits| limits.max_storage_buffers_per_shader_stage = 7,
                 "8 storage buffers per shader stage (it has 7)",

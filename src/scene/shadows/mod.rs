@@ -46,7 +46,10 @@ use super::{
 };
 use crate::{
     camera::GiCamera,
-    gpu::statistics::{GiStatistics, Tracked},
+    gpu::{
+        caps::supported,
+        statistics::{GiStatistics, Tracked},
+    },
     schedule::GiSystems,
     settings::GiSettings,
 };
@@ -167,7 +170,7 @@ impl Plugin for ShadowsPlugin {
         render_app
             .init_resource::<SceneShadows>()
             .add_render_command::<CapturePhase<ShadowCapture>, DrawDepthOnlyPrepass>()
-            .add_systems(RenderStartup, init_clear)
+            .add_systems(RenderStartup, init_clear.run_if(supported))
             .add_systems(
                 ExtractSchedule,
                 extract_shadow_views
@@ -364,6 +367,7 @@ impl SceneShadows {
     }
 }
 
+#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn draw_shadows(
     world: &World,
     shadows: Res<SceneShadows>,
