@@ -189,7 +189,7 @@ impl<'a> LitScene<'a> {
 
     /// The maps of a light; none if it gets to no volume.
     pub fn views(&self, light: &SceneLight) -> Vec<LightView> {
-        let Some(reach) = reach(light) else {
+        let Some(reach) = light.reach() else {
             let casters = self.shown(light, None);
             // Where the maps of volumes overlap, light is counted in the finest: the others must know where that is.
             let mut finer = FixedHasher.build_hasher();
@@ -283,12 +283,6 @@ impl LightView {
             content: SceneCasters::content(seen()),
         }
     }
-}
-
-/// How far a light gets; `None`: everywhere.
-pub(crate) fn reach(light: &SceneLight) -> Option<Aabb3d> {
-    let lamp = !light.gpu.is_directional();
-    lamp.then(|| Aabb3d::new(light.gpu.position, Vec3::splat(light.gpu.range)))
 }
 
 fn any_up(direction: Vec3) -> Vec3 {

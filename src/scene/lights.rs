@@ -13,7 +13,10 @@ use bevy::{
     ecs::{prelude::*, system::SystemParam},
     light::{DirectionalLight, PointLight, RectLight, SpotLight},
     log::warn,
-    math::{Vec3, Vec3A},
+    math::{
+        Vec3, Vec3A,
+        bounding::{Aabb3d, BoundingVolume},
+    },
     reflect::prelude::*,
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
@@ -24,7 +27,12 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{shadows::SceneShadows, viewers::Viewers};
+use super::{
+    shadows::SceneShadows,
+    viewers::Viewers,
+    visibility::{grid_bounds, overlaps},
+    volume::VolumeGrid,
+};
 use crate::{
     gpu::statistics::GiStatistics,
     settings::{Clamp, Clamped, FieldRange, GiSettings},
@@ -136,7 +144,7 @@ pub struct GpuLight {
     /// First of its shadow maps, or -1.
     pub shadow: i32,
     /// What is nearer to a point or spot light along an axis of its maps neither catches nor blocks its light, as for
-    /// Bevy (`shadow_map_near_z`), metres.
+    /// Bevy (`shadow_map_near_z`), metres. In a small volume it is less: a doll's house is no part of its lamp.
     pub near: f32,
 }
 
@@ -180,6 +188,12 @@ pub struct SceneLight {
 }
 
 impl SceneLight {
+    /// How far it gets; `None`: everywhere.
+    pub(crate) fn reach(&self) -> Option<Aabb3d> {
+        let lamp = !self.gpu.is_directional();
+        lamp.then(|| Aabb3d::new(self.gpu.position, Vec3::splat(self.gpu.range)))
+    }
+
     /// Luminous flux of the strongest colour, lumens; of a directional light its illuminance, lux.
     pub(crate) fn power(&self) -> f32 {
         let gpu = &self.gpu;
@@ -380,13 +394,26 @@ impl LightQueries<'_, '_> {
     }
 }
 
+/// How much of half a volume's longest side the surroundings of a lamp are at most.
+const NEAR_OF_VOLUME: f32 = 0.1;
+
 pub(crate) fn extract_lights(
     settings: Extract<Res<GiSettings>>,
+    grids: Extract<Query<&VolumeGrid>>,
     viewers: Extract<Res<Viewers>>,
     lights: Extract<LightQueries>,
     mut scene: ResMut<SceneLights>,
 ) {
     let mut lights = lights.collect(&settings, &viewers);
+    let volumes: Vec<_> = grids.iter().filter_map(|grid| grid.0).collect();
+    for light in &mut lights {
+        let Some(lit) = light.reach() else { continue };
+        let reached = volumes.iter().map(grid_bounds);
+        let reached = reached.filter(|volume| overlaps(&lit, volume));
+        let radii = reached.map(|volume| volume.half_size().max_element());
+        let smallest = radii.fold(f32::MAX, f32::min);
+        light.gpu.near = light.gpu.near.min(NEAR_OF_VOLUME * smallest);
+    }
     // The entity makes the order, and so the sums, repeatable.
     lights.sort_by(|a, b| {
         let sun = |l: &SceneLight| l.gpu.kind == LightKind::Directional as u32;

@@ -9,7 +9,7 @@ use bevy::{
 };
 
 use super::{
-    light_views::{Beam, reach},
+    light_views::Beam,
     lights::{LightQueries, SceneLight},
     viewers::Viewers,
     visibility::{grid_bounds, overlaps},
@@ -36,7 +36,7 @@ impl SceneReach {
         let mut boxes: Vec<_> = around.collect();
         let mut beams = Vec::<(Vec3, Beam, Vec<Aabb3d>)>::new();
         for light in lights {
-            let Some(lit) = reach(light) else {
+            let Some(lit) = light.reach() else {
                 let direction = light.gpu.direction;
                 if beams.iter().all(|(other, ..)| *other != direction) {
                     let beam = Beam::new(direction);
