@@ -416,7 +416,7 @@ pub(crate) fn extract_lights(
     }
     // The entity makes the order, and so the sums, repeatable.
     lights.sort_by(|a, b| {
-        let sun = |l: &SceneLight| l.gpu.kind == LightKind::Directional as u32;
+        let sun = |l: &SceneLight| l.gpu.is_directional();
         (sun(b).cmp(&sun(a)))
             .then(b.power().total_cmp(&a.power()))
             .then(a.entity.cmp(&b.entity))

@@ -138,7 +138,7 @@ impl Seen {
 fn lit_by(light: &SceneLight, grid: &Grid) -> f32 {
     let gpu = &light.gpu;
     let strength = gpu.color.max_element();
-    if gpu.kind == LightKind::Directional as u32 {
+    if gpu.is_directional() {
         return strength / PI;
     }
     let half = 0.5 * grid.size();

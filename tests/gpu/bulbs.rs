@@ -5,10 +5,9 @@ use bevy_gi::prelude::*;
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
-    support::{app, camera, choose, material, mean, room, settle, show},
+    support::{BOTH, app, camera, choose, material, mean, room, settle, show},
 };
 
-const BOTH: [GiTechnique; 2] = [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints];
 const LAMP: Vec3 = Vec3::new(0.2, 0.4, 0.1);
 
 /// A room with a lamp, seen by its indirect light.

@@ -15,10 +15,9 @@ use crate::{
         headless::{Headless, Picture, image_target, readable_target},
         scenes::stage::{Stage, diffuse, shining},
     },
-    support::{UNIT_EV100, app, assert_sane, camera, choose, luminance, mean, settle, show},
+    support::{BOTH, UNIT_EV100, app, assert_sane, camera, choose, luminance, mean, settle, show},
 };
 
-const BOTH: [GiTechnique; 2] = [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints];
 const SIZE: UVec2 = UVec2::new(96, 64);
 const EYE: Vec3 = Vec3::new(0.2, 1.1, 3.6);
 const LOOK: Vec3 = Vec3::new(0.0, 0.9, 0.0);

@@ -5,10 +5,8 @@ use bevy_gi::{GiStatistics, prelude::*};
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
-    support::{app, camera, choose, material, mean, room, settle, show},
+    support::{BOTH, app, camera, choose, material, mean, room, settle, show},
 };
-
-const BOTH: [GiTechnique; 2] = [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints];
 
 fn look_from(headless: &mut Headless, camera: Entity, eye: Vec3) {
     let mut entity = headless.app.world_mut().entity_mut(camera);

@@ -5,10 +5,8 @@ use bevy_gi::prelude::*;
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
-    support::{app, camera, choose, material, mean, settle, show, slab},
+    support::{BOTH, app, camera, choose, material, mean, settle, show, slab},
 };
-
-const BOTH: [GiTechnique; 2] = [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints];
 
 fn sun(headless: &mut Headless, direction: Vec3) {
     let light = DirectionalLight {

@@ -37,6 +37,9 @@ use crate::common::{
 /// With this exposure, a nit is 1 in the HDR target.
 pub const UNIT_EV100: f32 = -0.263_034;
 
+/// Every technique that computes light.
+pub const BOTH: [GiTechnique; 2] = [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints];
+
 /// A headless app with the plugin, no ambient light, and emission in nits; with voxel cone tracing, unless a test
 /// chooses another technique.
 pub fn app() -> Headless {

@@ -29,7 +29,7 @@ use crate::{
         },
         light_maps::Limits,
         light_views::LitScene,
-        lights::{SceneLight, SceneLights, warn_of_lights},
+        lights::{SceneLights, warn_of_lights},
         needs::SceneNeeds,
         visibility::SceneCasters,
         volume::VolumeGrid,
@@ -64,11 +64,6 @@ impl CaptureKind for RsmCapture {
     }
 }
 
-/// Texels along the side of a light's tiles, if it says so itself.
-fn own_size(light: &SceneLight) -> Option<u32> {
-    light.rsm_size
-}
-
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn extract_rsm_views(
     mut commands: Commands,
@@ -90,7 +85,7 @@ pub(crate) fn extract_rsm_views(
         Some(scene) => {
             let limits = Limits {
                 size: settings.rsm_size,
-                own_size,
+                own_size: |light| light.rsm_size,
                 interval: |light| light.rsm_interval,
                 maps: settings.max_shadow_maps,
                 updates: settings.rsm_updates as usize,
