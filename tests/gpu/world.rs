@@ -125,7 +125,7 @@ fn what_a_camera_would_see_takes_part() {
     );
     let world = headless.app.world_mut();
     let base = |i| (Mesh3d(mesh.clone()), MeshMaterial3d(white.clone()), at(i));
-    let mut put = |i| world.spawn(base(i)).id();
+    let put = |i| world.spawn(base(i)).id();
     let [
         plain,
         layered,
@@ -135,7 +135,7 @@ fn what_a_camera_would_see_takes_part() {
         boxed,
         near,
         far,
-    ] = std::array::from_fn(|i| put(i));
+    ] = std::array::from_fn(put);
     let other = RenderLayers::layer(3);
     world.entity_mut(layered).insert(other.clone());
     // Bevy gives it no `Aabb`.
