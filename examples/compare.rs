@@ -13,7 +13,7 @@ use bevy::{
     render::render_resource::TextureFormat,
     window::PrimaryWindow,
 };
-use bevy_gi::prelude::*;
+use bevy_gi::{GiTechniques, prelude::*};
 use clap::{Parser, ValueEnum};
 use common::{
     adapter,
@@ -148,6 +148,9 @@ fn run(options: Options) -> Result<(), String> {
     ))
     .init_resource::<LiveReference>();
     options.settings.apply(app.world_mut(), None)?;
+    for side in [options.left, options.right] {
+        side.check(app.world().resource::<GiTechniques>())?;
+    }
     if let Some(view) = options.view {
         app.world_mut().resource_mut::<GiDebugSettings>().view = view;
     }
@@ -243,13 +246,15 @@ fn keys(
     mouse: Res<ButtonInput<MouseButton>>,
     window: Single<&Window, With<PrimaryWindow>>,
     mut comparison: ResMut<Comparison>,
+    techniques: Res<GiTechniques>,
     mut debug: ResMut<GiDebugSettings>,
     mut caption: Single<&mut Visibility, With<Caption>>,
 ) {
     for (key, side) in [(KeyCode::Digit1, 0), (KeyCode::Digit2, 1)] {
         if keys.just_pressed(key) {
+            let all = Technique::all(&techniques);
             let side = &mut comparison.sides[side];
-            side.technique = next(&Technique::all(), side.technique);
+            side.technique = next(&all, side.technique);
             side.paths = None;
         }
     }
@@ -287,7 +292,7 @@ fn trace(world: &mut World) {
         for (order, side) in comparison.sides.iter().enumerate() {
             let technique = match side.technique {
                 Technique::Gi(technique) => technique,
-                Technique::Reference => GiTechnique::Off,
+                Technique::Reference => GiTechnique::OFF,
             };
             // Only what changes is written: a changed camera costs a frame.
             let mut camera = world.entity_mut(side.camera);

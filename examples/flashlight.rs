@@ -28,7 +28,7 @@ fn main() {
         .insert_resource(ClearColor(Color::BLACK))
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(GiSettings {
-            technique: GiTechnique::RadianceHints,
+            technique: GiTechnique::new("hints"),
             replace_ambient: true,
             sky: GiSky::Black,
             ..default()

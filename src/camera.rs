@@ -186,9 +186,8 @@ fn replace_ambient(
     views: Query<(Entity, &ExtractedGiCamera)>,
     replaced: Query<(Entity, &ReplacedAmbient)>,
 ) {
-    let replaces = |camera: &ExtractedGiCamera| {
-        settings.replace_ambient && camera.technique != GiTechnique::Off
-    };
+    let replaces =
+        |camera: &ExtractedGiCamera| settings.replace_ambient && !camera.technique.is_off();
     for (view, camera) in &views {
         if replaces(camera) {
             commands

@@ -37,11 +37,10 @@ use bevy::{
 };
 
 use crate::{
-    FieldRange, GiSettingsRegistry, GiStatistics, GiSupport,
+    FieldRange, GiSettingsRegistry, GiStatistics, GiSupport, GiTechniques,
     camera::ExtractedGiCamera,
     gpu::caps::{COMMON, DeviceNeeds, WRITTEN},
     prelude::*,
-    technique::{Technique, hints::RadianceHints, vct::VoxelConeTracing},
     wgsl_tests,
 };
 
@@ -175,6 +174,12 @@ impl Idle {
             Transform::from_xyz(0.0, 0.0, 4.0).looking_at(Vec3::ZERO, Vec3::Y),
         ));
         world.spawn(volume);
+    }
+
+    /// All techniques of the app, off first.
+    fn techniques(&self) -> Vec<GiTechnique> {
+        let techniques = self.app.world().resource::<GiTechniques>();
+        techniques.iter().map(|entry| entry.technique).collect()
     }
 
     fn use_technique(&mut self, technique: GiTechnique) {
@@ -331,10 +336,12 @@ fn all_entry_points(folder: &Path, out: &mut BTreeSet<String>) {
 #[test]
 fn everything_runs_within_the_limits_of_webgpu() {
     let mut idle = Idle::new(WgpuLimits::defaults());
-    assert_eq!(*idle.support(), GiSupport::default());
+    for technique in idle.techniques() {
+        assert_eq!(idle.support().technique(technique), None);
+    }
     idle.spawn_scene(GiVolume::new(Vec3::splat(4.0)).with_resolution(32));
     idle.settle();
-    for technique in GiTechnique::ALL {
+    for technique in idle.techniques() {
         idle.use_technique(technique);
         for view in GiView::ALL {
             let world = idle.app.world_mut();
@@ -354,19 +361,21 @@ fn everything_runs_within_the_limits_of_webgpu() {
         idle.assert_fine();
     }
 
-    let mut needs = [
-        ("gi/vct/", VoxelConeTracing::DEVICE),
-        ("gi/hints/", RadianceHints::DEVICE),
-        ("gi/", COMMON),
-    ]
-    .map(|(prefix, stated)| (prefix, stated, DeviceNeeds::default()));
+    let techniques = idle.app.world().resource::<GiTechniques>();
+    let techniques = techniques
+        .on()
+        .map(|entry| (format!("gi/{}/", entry.technique), entry.device));
+    let mut needs: Vec<_> = techniques
+        .chain([("gi/".to_owned(), COMMON)])
+        .map(|(prefix, stated)| (prefix, stated, DeviceNeeds::default()))
+        .collect();
     let mut checked = BTreeSet::new();
     for (label, pipeline) in idle.own_pipelines() {
         checked.extend(entry_points(pipeline));
         let has = counted(pipeline);
         let (.., most) = needs
             .iter_mut()
-            .find(|(prefix, ..)| label.starts_with(prefix))
+            .find(|(prefix, ..)| label.starts_with(prefix.as_str()))
             .expect("all start with the last one");
         most.storage_buffers = most.storage_buffers.max(has.storage_buffers);
         most.storage_textures = most.storage_textures.max(has.storage_textures);
@@ -424,7 +433,7 @@ fn the_largest_settings_fit_the_limits_of_webgpu() {
     let mut probes = ProbeSet::default();
     enlarge(&mut probes, &ProbeSet::ranges());
     idle.spawn_scene((GiVolume::new(Vec3::splat(4.0)).with_resolution(512), probes));
-    for technique in [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints] {
+    for technique in idle.techniques() {
         idle.use_technique(technique);
         idle.settle();
         idle.assert_fine();
@@ -438,31 +447,39 @@ fn the_largest_settings_fit_the_limits_of_webgpu() {
 /// A device lacks something for one technique only: no pipeline of that is made, and cameras with it show none.
 #[test]
 fn a_technique_that_the_device_cannot_run_is_off() {
-    let vct = GiTechnique::VoxelConeTracing;
     let mut idle = Idle::new(WgpuLimits {
         max_texture_dimension_3d: 1024,
         ..WgpuLimits::defaults()
     });
-    let why = idle.support().technique(vct).expect("it is too small");
-    assert!(why.contains("3D texture (it has 1024)"), "{why}");
     assert!(idle.support().is_supported());
+    let (possible, too_large): (Vec<_>, Vec<_>) = idle
+        .techniques()
+        .into_iter()
+        .partition(|technique| idle.support().technique(*technique).is_none());
+    assert!(possible.len() > 1 && !too_large.is_empty());
+    for technique in &too_large {
+        let why = idle.support().technique(*technique).unwrap();
+        assert!(why.contains("3D texture (it has 1024)"), "{why}");
+    }
     idle.spawn_scene(GiVolume::new(Vec3::splat(4.0)).with_resolution(32));
-    for (technique, in_force) in [
-        (vct, GiTechnique::Off),
-        (GiTechnique::RadianceHints, GiTechnique::RadianceHints),
-    ] {
+    for technique in idle.techniques() {
         idle.use_technique(technique);
         idle.settle();
         idle.assert_fine();
         let render_world = idle.app.sub_app_mut(RenderApp).world_mut();
         let mut cameras = render_world.query::<&ExtractedGiCamera>();
-        assert_eq!(cameras.single(render_world).unwrap().technique, in_force);
+        let in_force = cameras.single(render_world).unwrap().technique;
+        let wanted = match possible.contains(&technique) {
+            true => technique,
+            false => GiTechnique::OFF,
+        };
+        assert_eq!(in_force, wanted);
+        let own = format!("gi/{technique}/");
+        let has = idle
+            .own_pipelines()
+            .any(|(label, _)| label.starts_with(&own));
+        assert_eq!(has, !wanted.is_off(), "{technique}");
     }
-    let has = |prefix: &str| {
-        idle.own_pipelines()
-            .any(|(label, _)| label.starts_with(prefix))
-    };
-    assert!(!has("gi/vct/") && has("gi/hints/gather"));
 }
 
 /// A device that lacks something for all of them makes no pipeline of the crate, whatever is asked for.

@@ -19,8 +19,8 @@
 //!
 //! | [`GiTechnique`] | module | idea |
 //! |---|---|---|
-//! | `RadianceHints`, the default | [`technique::hints`] | a coarse lattice of points holds the light, surfaces interpolate |
-//! | `VoxelConeTracing` | [`technique::vct`] | voxelize, light, filter, trace cones per pixel: glossy reflections |
+//! | `"hints"`, the default | [`technique::hints`] | a coarse lattice of points holds the light, surfaces interpolate |
+//! | `"vct"` | [`technique::vct`] | voxelize, light, filter, trace cones per pixel: glossy reflections |
 //!
 //! # How it hangs together
 //!
@@ -54,6 +54,7 @@ mod schedule;
 mod settings;
 mod surface;
 pub mod technique;
+mod technique_plugin;
 #[cfg(test)]
 mod wgsl_tests;
 
@@ -72,23 +73,26 @@ pub use scene::{
     visibility::NotGiCaster,
     volume::GiVolume,
 };
-pub use schedule::GiSystems;
+pub use schedule::{GiPrepare, GiSystems};
 pub use settings::{
     EmissiveUnits, FieldRange, GatherResolution, GiHistory, GiQuality, GiSettings,
-    GiSettingsRegistry, GiSky, GiTechnique, LightShare, SettingsEntry, SettingsValues,
+    GiSettingsRegistry, GiSky, GiTechnique, GiTechniques, LightShare, SettingsEntry,
+    SettingsValues, TechniqueEntry,
 };
 pub use technique::{
     hints::{
-        HintBounce, HintOcclusion, HintReconstruction, HintSampling, RadianceHintsSettings, ShOrder,
+        HintBounce, HintOcclusion, HintReconstruction, HintSampling, RadianceHints,
+        RadianceHintsSettings, ShOrder,
     },
-    vct::{ConeLayout, VoxelConeTracingSettings},
+    vct::{ConeLayout, VoxelConeTracing, VoxelConeTracingSettings},
 };
+pub use technique_plugin::TechniquePlugin;
 
 /// What an app usually needs.
 pub mod prelude {
     pub use crate::{
         GiCamera, GiCascades, GiDebugSettings, GiHistory, GiLight, GiMaterialPlugin, GiPlugins,
         GiQuality, GiSettings, GiSky, GiTechnique, GiView, GiVolume, NotGiCaster, ProbeSet,
-        RadianceHintsSettings, VoxelConeTracingSettings,
+        RadianceHints, RadianceHintsSettings, VoxelConeTracing, VoxelConeTracingSettings,
     };
 }

@@ -3,7 +3,7 @@
 use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 
 use crate::{
-    apply::{ApplyPlugin, export::TechniqueExportPlugin, gather::GatherPlugin},
+    apply::ApplyPlugin,
     camera::GiCameraPlugin,
     debug::DebugPlugin,
     forward_views::ForwardViewsPlugin,
@@ -11,13 +11,10 @@ use crate::{
     overlay::OverlayPlugin,
     scene::ScenePlugin,
     schedule::SchedulePlugin,
-    settings::SettingsPlugin,
+    settings::{GiTechniques, SettingsPlugin},
     surface::SurfacePlugin,
-    technique::{
-        Technique,
-        hints::{RadianceHints, RadianceHintsPlugin},
-        vct::{VoxelConeTracing, VoxelConeTracingPlugin},
-    },
+    technique::{hints::RadianceHints, vct::VoxelConeTracing},
+    technique_plugin::TechniquePlugin,
 };
 
 /// Everything. Add it after `DefaultPlugins`.
@@ -38,13 +35,9 @@ impl PluginGroup for GiPlugins {
             .add(ScenePlugin)
             .add(ApplyPlugin)
             .add(DebugPlugin)
-            // Techniques: a new one is a folder, and its lines here.
-            .add(VoxelConeTracingPlugin)
-            .add(GatherPlugin::<VoxelConeTracing>::default())
-            .add(TechniqueExportPlugin::<VoxelConeTracing>::default())
-            .add(RadianceHintsPlugin)
-            .add(GatherPlugin::<RadianceHints>::default())
-            .add(TechniqueExportPlugin::<RadianceHints>::default())
+            // Techniques: a new one is a folder, and a line here.
+            .add(TechniquePlugin::<VoxelConeTracing>::default())
+            .add(TechniquePlugin::<RadianceHints>::default())
             .add(SupportPlugin)
     }
 }
@@ -53,16 +46,29 @@ impl PluginGroup for GiPlugins {
 struct SupportPlugin;
 
 impl Plugin for SupportPlugin {
-    fn build(&self, _: &mut App) {}
+    fn build(&self, app: &mut App) {
+        app.init_resource::<GiTechniques>();
+    }
 
     fn finish(&self, app: &mut App) {
-        let needs = [
-            (
-                VoxelConeTracing::TECHNIQUE.title(),
-                VoxelConeTracing::DEVICE,
-            ),
-            (RadianceHints::TECHNIQUE.title(), RadianceHints::DEVICE),
-        ];
+        let techniques = app.world().resource::<GiTechniques>().clone();
+        let needs: Vec<_> = techniques
+            .on()
+            .map(|entry| caps::TechniqueNeeds {
+                name: entry.technique.name(),
+                title: entry.title,
+                needs: entry.device,
+            })
+            .collect();
         caps::detect(app, &needs);
     }
+}
+
+/// Definitions of the shaders of all techniques.
+#[cfg(test)]
+pub(crate) fn shader_defs(server: &bevy::asset::AssetServer) -> Vec<bevy::shader::ShaderDefVal> {
+    use crate::technique::Technique;
+    let mut defs = VoxelConeTracing::gather(server).defs;
+    defs.extend(RadianceHints::gather(server).defs);
+    defs
 }

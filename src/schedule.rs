@@ -1,7 +1,11 @@
-//! The frame, as one list.
+//! The frame, as two lists.
 //!
-//! Every pass of the crate is a system in one of these sets, and the sets are chained once, in
-//! [`SchedulePlugin`]. To follow a frame, read this file and then the `node.rs` of the technique.
+//! [`GiPrepare`] decides what a frame does, and makes memory and bind groups for it; [`GiSystems`] records its passes.
+//! Every system of either kind is in one of these sets, and the sets are chained once, in [`SchedulePlugin`].
+//!
+//! What changes in the main world is seen in the same frame: it is extracted, prepared, captured, lit and
+//! gathered in this order. Three things arrive a frame late, because the GPU knows them first: how many bricks the
+//! voxels need, the depth that the primary camera saw, and a cache or a history that has just been made.
 
 use bevy::{
     app::{App, Plugin},
@@ -12,7 +16,7 @@ use bevy::{
     ecs::schedule::{IntoScheduleConfigs, SystemSet},
     pbr::deferred::deferred_lighting,
     render::{
-        RenderApp,
+        Render, RenderApp, RenderSystems,
         renderer::{RenderGraph, RenderGraphSystems},
     },
 };
@@ -44,7 +48,26 @@ pub enum GiSystems {
     ShowDebug,
 }
 
-/// Orders [`GiSystems`] among themselves and against Bevy's own passes.
+/// Steps of preparation in the render world, in the order in which they run.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum GiPrepare {
+    /// Memory of the capture, and which parts of it are drawn anew: lights, shadow maps, voxels. In
+    /// [`RenderSystems::PrepareResources`](bevy::render::RenderSystems::PrepareResources), as the only one.
+    Scene,
+    /// Bind groups of the scene, and of what cameras see. This and the following steps are in
+    /// [`RenderSystems::PrepareBindGroups`](bevy::render::RenderSystems::PrepareBindGroups).
+    Bindings,
+    /// Which probes of volumes trace rays.
+    Probes,
+    /// What each technique computes.
+    Caches,
+    /// For each GI camera: gather, history and filter; for each volume: export.
+    Views,
+    /// The composite of each GI camera, and debug views.
+    Composite,
+}
+
+/// Orders [`GiPrepare`] and [`GiSystems`] among themselves and against Bevy's own passes.
 pub(crate) struct SchedulePlugin;
 
 impl Plugin for SchedulePlugin {
@@ -53,6 +76,22 @@ impl Plugin for SchedulePlugin {
             return;
         };
         render_app
+            .configure_sets(
+                Render,
+                GiPrepare::Scene.in_set(RenderSystems::PrepareResources),
+            )
+            .configure_sets(
+                Render,
+                (
+                    GiPrepare::Bindings,
+                    GiPrepare::Probes,
+                    GiPrepare::Caches,
+                    GiPrepare::Views,
+                    GiPrepare::Composite,
+                )
+                    .chain()
+                    .in_set(RenderSystems::PrepareBindGroups),
+            )
             .configure_sets(
                 RenderGraph,
                 (

@@ -22,8 +22,7 @@ use naga::{
 use crate::{
     apply,
     debug::GiView,
-    plugins::GiPlugins,
-    technique::{Technique, hints::RadianceHints, vct::VoxelConeTracing},
+    plugins::{self, GiPlugins},
 };
 
 /// Shaders with entry points, and the definitions of each of their variants.
@@ -192,8 +191,7 @@ fn shaders_are_valid_and_fit_the_limits_of_webgpu() {
     }
 
     let server = app.world().resource::<AssetServer>();
-    let (_, mut common) = VoxelConeTracing::gather_shader(server);
-    common.extend(RadianceHints::gather_shader(server).1);
+    let mut common = plugins::shader_defs(server);
     // What Bevy's pipeline cache and prepass add.
     for (name, value) in [
         ("AVAILABLE_STORAGE_BUFFER_BINDINGS", 8),

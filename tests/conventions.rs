@@ -117,7 +117,10 @@ fn gpu_structs_are_the_same_in_rust_and_wgsl() {
 /// Modules of the crate, each with what it may import besides its own parts.
 const MAY_IMPORT: [(&str, &[&str]); 8] = [
     ("gpu", &[]),
-    ("surface", &["camera", "gpu", "schedule", "settings"]),
+    (
+        "surface",
+        &["camera", "gpu", "scene", "schedule", "settings"],
+    ),
     ("scene", &["camera", "gpu", "schedule", "settings"]),
     (
         "technique",

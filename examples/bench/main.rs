@@ -16,7 +16,7 @@ use bevy_gi::GiTechnique;
 use clap::Parser;
 use common::{
     adapter,
-    options::{self, Technique, size, technique},
+    options::{self, gi_technique, size},
     scenes::{self, Scene},
 };
 
@@ -61,9 +61,9 @@ fn scene(name: &str) -> Result<Scene, String> {
 }
 
 fn gi(name: &str) -> Result<GiTechnique, String> {
-    match technique(name)? {
-        Technique::Gi(technique) if technique != GiTechnique::Off => Ok(technique),
-        _ => Err("a technique that computes indirect light in real time is wanted".into()),
+    match gi_technique(name)? {
+        GiTechnique::OFF => Err("a technique that computes indirect light is wanted".into()),
+        technique => Ok(technique),
     }
 }
 

@@ -11,7 +11,7 @@ use crate::{
     common::{
         capture,
         open::SceneOptions,
-        options::SettingsOptions,
+        options::{SettingsOptions, chosen_techniques},
         quality::dim,
         scenes::{self, Scene},
         studio::{Film, Studio},
@@ -142,9 +142,6 @@ pub fn all(
     };
     let default = ["cornell", "sponza"].into_iter().filter_map(scenes::find);
     let scenes = chosen(&options.scenes, default);
-    let techniques = GiTechnique::ALL.into_iter();
-    let techniques = techniques.filter(|technique| *technique != GiTechnique::Off);
-    let techniques = chosen(&options.techniques, techniques);
     let names = plan.presets.iter().map(|name| (*name).to_owned());
     let presets = chosen(&options.presets, names);
     let sizes = chosen(&options.sizes, plan.sizes.iter().copied());
@@ -152,6 +149,7 @@ pub fn all(
     for scene in &scenes {
         for size in &sizes {
             let mut studio = open(scene, *size)?;
+            let techniques = chosen_techniques(studio.world(), &options.techniques)?;
             let without = Situation::ALL.map(|s| without(&mut studio, s, options));
             for technique in &techniques {
                 for preset in &presets {
@@ -180,7 +178,7 @@ pub fn all(
             }
             write(&results)?;
             // The sweeps of a paper, once a scene.
-            if techniques.contains(&GiTechnique::RadianceHints) && Some(size) == sizes.first() {
+            if techniques.contains(&sweep::TECHNIQUE) && Some(size) == sizes.first() {
                 let software = results.software;
                 let sweep = sweep::measure(&mut studio, scene, without, software, options)?;
                 results.sweep.extend(sweep);
@@ -200,7 +198,7 @@ fn open(scene: &Scene, size: UVec2) -> Result<Studio, String> {
 
 /// What a frame takes without global illumination.
 fn without(studio: &mut Studio, situation: Situation, options: &Options) -> f64 {
-    studio.world().resource_mut::<GiSettings>().technique = GiTechnique::Off;
+    studio.world().resource_mut::<GiSettings>().technique = GiTechnique::OFF;
     studio.settle(8);
     run(studio, situation, options.frames);
     capture::frame_ms(&studio.headless)

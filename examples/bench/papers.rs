@@ -67,7 +67,7 @@ const FULL_HD: [u32; 2] = [1920, 1080];
 
 /// All tables.
 pub const PUBLISHED: [Published; 1] = [Published {
-    technique: GiTechnique::VoxelConeTracing,
+    technique: GiTechnique::new("vct"),
     source: "Freed 2018, tables 5.1 and 5.2",
     adapter: "GeForce GTX 970",
     scene: "sponza",

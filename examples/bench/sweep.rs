@@ -126,6 +126,9 @@ fn points(scene: &str, base: Base) -> Vec<(&'static str, String, Base)> {
     points
 }
 
+/// The technique of the paper.
+pub const TECHNIQUE: GiTechnique = GiTechnique::new("hints");
+
 /// Measures all points in a scene that is open.
 pub fn measure(
     studio: &mut Studio,
@@ -134,7 +137,7 @@ pub fn measure(
     software: bool,
     options: &Options,
 ) -> Result<Vec<Point>, String> {
-    measure::apply(studio.world(), GiTechnique::RadianceHints, "paper", 64)?;
+    measure::apply(studio.world(), TECHNIQUE, "paper", 64)?;
     let mut measured = Vec::new();
     let base = if software { SOFTWARE } else { FIGURE_10 };
     for (axis, value, base) in points(scene.name, base) {

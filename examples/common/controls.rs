@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_gi::{
-    GiSettingsRegistry, GiSupport,
+    GiSettingsRegistry, GiSupport, GiTechniques,
     inspector::{
         GiInspector, GiInspectorPlugin,
         bevy_egui::{EguiGlobalSettings, EguiPlugin},
@@ -102,17 +102,19 @@ fn spawn_help(mut commands: Commands) {
 fn keys(
     keys: Res<ButtonInput<KeyCode>>,
     mut settings: ResMut<GiSettings>,
+    techniques: Res<GiTechniques>,
     mut debug: ResMut<GiDebugSettings>,
     mut help: Query<&mut Visibility, With<HelpText>>,
 ) {
     if keys.just_pressed(KeyCode::KeyG) {
         settings.technique = match settings.technique {
-            GiTechnique::Off => GiTechnique::default(),
-            _ => GiTechnique::Off,
+            GiTechnique::OFF => GiTechnique::default(),
+            _ => GiTechnique::OFF,
         };
     }
     if keys.just_pressed(KeyCode::KeyT) {
-        settings.technique = next(&GiTechnique::ALL, settings.technique);
+        let all: Vec<_> = techniques.iter().map(|entry| entry.technique).collect();
+        settings.technique = next(&all, settings.technique);
     }
     if keys.just_pressed(KeyCode::KeyV) {
         debug.view = next(&GiView::ALL, debug.view);

@@ -13,7 +13,7 @@ use bevy::{
     winit::WinitPlugin,
 };
 use bevy_gi::{
-    FieldRange, GiSettingsRegistry, SettingsEntry, inspector::from_ron, prelude::*,
+    FieldRange, GiSettingsRegistry, GiTechniques, SettingsEntry, inspector::from_ron, prelude::*,
     reference::ReferenceSettings,
 };
 use serde::de::DeserializeSeed;
@@ -41,9 +41,29 @@ pub enum Technique {
 
 impl Technique {
     /// All of them.
-    pub fn all() -> Vec<Self> {
-        let gi = GiTechnique::ALL.into_iter().map(Self::Gi);
+    pub fn all(techniques: &GiTechniques) -> Vec<Self> {
+        let gi = techniques.iter().map(|entry| Self::Gi(entry.technique));
         gi.chain([Self::Reference]).collect()
+    }
+
+    /// What is typed, not yet known to exist: techniques are those of the app, see [`check`](Self::check).
+    pub fn named(name: &str) -> Self {
+        match name {
+            "reference" => Self::Reference,
+            _ => Self::Gi(GiTechnique::named(name)),
+        }
+    }
+
+    /// Whether the app has it.
+    pub fn check(self, techniques: &GiTechniques) -> Result<(), String> {
+        match Self::all(techniques).contains(&self) {
+            true => Ok(()),
+            false => Err(format!(
+                "there is no technique '{}'; there are: {}",
+                self.name(),
+                technique_names(techniques)
+            )),
+        }
     }
 
     pub fn name(self) -> &'static str {
@@ -57,31 +77,42 @@ impl Technique {
     pub fn apply(self, settings: &mut GiSettings) {
         settings.technique = match self {
             Self::Gi(technique) => technique,
-            Self::Reference => GiTechnique::Off,
+            Self::Reference => GiTechnique::OFF,
         };
     }
 }
 
 /// Names of all techniques.
-pub fn technique_names() -> String {
-    let names: Vec<_> = Technique::all().iter().map(|t| t.name()).collect();
+pub fn technique_names(techniques: &GiTechniques) -> String {
+    let names: Vec<_> = Technique::all(techniques)
+        .iter()
+        .map(|t| t.name())
+        .collect();
     names.join(" ")
 }
 
 pub fn technique(name: &str) -> Result<Technique, String> {
-    let all = Technique::all();
-    let known = all.iter().find(|technique| technique.name() == name);
-    known
-        .copied()
-        .ok_or_else(|| format!("no such technique; there are: {}", technique_names()))
+    Ok(Technique::named(name))
 }
 
-/// A technique of the plugin.
+/// A technique that runs in real time.
 pub fn gi_technique(name: &str) -> Result<GiTechnique, String> {
-    match technique(name)? {
+    match Technique::named(name) {
         Technique::Gi(technique) => Ok(technique),
         Technique::Reference => Err("a technique that runs in real time is wanted".into()),
     }
+}
+
+/// Those that were named, or all that compute light.
+pub fn chosen_techniques(world: &World, named: &[GiTechnique]) -> Result<Vec<GiTechnique>, String> {
+    let techniques = world.resource::<GiTechniques>();
+    for technique in named {
+        Technique::Gi(*technique).check(techniques)?;
+    }
+    Ok(match named {
+        [] => techniques.on().map(|entry| entry.technique).collect(),
+        some => some.to_vec(),
+    })
 }
 
 pub fn view(name: &str) -> Result<GiView, String> {
@@ -134,6 +165,7 @@ impl SettingsOptions {
             gi.sky = GiSky::Black;
         }
         if let Some(technique) = technique {
+            technique.check(world.resource::<GiTechniques>())?;
             technique.apply(&mut world.resource_mut::<GiSettings>());
         }
         for set in &self.sets {
@@ -202,7 +234,10 @@ fn variants(value: &dyn PartialReflect) -> String {
 
 /// Prints techniques, views, scenes and settings.
 pub fn list() {
-    println!("techniques: {}", technique_names());
+    // The plugins know their techniques and settings; no GPU is needed to ask them.
+    let app = app_without_gpu();
+    let techniques = app.world().resource::<GiTechniques>();
+    println!("techniques: {}", technique_names(techniques));
     println!("views:");
     for view in GiView::ALL {
         println!("  {:14} {}", view.name(), view.legend());
@@ -229,7 +264,19 @@ pub fn list() {
             }
         }
     };
-    // The plugins know their settings; no GPU is needed to ask them.
+    for entry in app.world().resource::<GiSettingsRegistry>().iter() {
+        dump(
+            entry.name,
+            entry.default_value().as_partial_reflect(),
+            &entry.ranges,
+        );
+    }
+    dump("GiVolume", &GiVolume::default(), &GiVolume::ranges());
+    dump("GiLight", &GiLight::default(), &GiLight::ranges());
+}
+
+/// All plugins, for what they know without a device.
+fn app_without_gpu() -> App {
     let no_gpu = RenderPlugin {
         render_creation: RenderCreation::Automatic(Box::new(WgpuSettings {
             backends: None,
@@ -244,13 +291,5 @@ pub fn list() {
         GiPlugins,
     ));
     register_reference(app.world_mut());
-    for entry in app.world().resource::<GiSettingsRegistry>().iter() {
-        dump(
-            entry.name,
-            entry.default_value().as_partial_reflect(),
-            &entry.ranges,
-        );
-    }
-    dump("GiVolume", &GiVolume::default(), &GiVolume::ranges());
-    dump("GiLight", &GiLight::default(), &GiLight::ranges());
+    app
 }

@@ -68,7 +68,7 @@ pub fn open(scene: &Scene, effort: &Effort, settings: &SettingsOptions) -> Resul
     let mut studio = Studio::open(options, effort.size, Film::Linear, |world| {
         // Nothing here is drawn forward; the light that only that would get takes time.
         world.resource_mut::<GiSettings>().forward_light = false;
-        settings.apply(world, Some(Technique::Gi(GiTechnique::Off)))
+        settings.apply(world, Some(Technique::Gi(GiTechnique::OFF)))
     })?;
     let world = studio.world();
     let mut volumes = world.query::<&mut GiVolume>();
@@ -155,7 +155,7 @@ pub fn shoot(studio: &mut Studio, effort: &Effort) -> Pictures {
     studio.show(GiView::Full);
     studio.settle(effort.frames);
     let full = nits(studio);
-    let off = studio.world().resource::<GiSettings>().technique == GiTechnique::Off;
+    let off = studio.world().resource::<GiSettings>().technique == GiTechnique::OFF;
     let indirect = if off {
         // Cameras whose technique is off show their picture, whatever the view.
         full.clone().scaled(0.0)

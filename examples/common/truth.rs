@@ -95,7 +95,7 @@ fn show(world: &mut World, mut shown: Local<Option<Shown>>) {
         let overlay = world.spawn(bundle).id();
         // Light that is not seen need not be computed.
         let mut gi = world.get_mut::<GiCamera>(entity).unwrap();
-        let technique = gi.technique.replace(GiTechnique::Off);
+        let technique = gi.technique.replace(GiTechnique::OFF);
         Shown {
             overlay,
             material,

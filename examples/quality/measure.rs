@@ -11,6 +11,7 @@ use crate::{
         capture,
         figures::{self, Errors},
         headless::Picture,
+        options::chosen_techniques,
         projector::Projector,
         quality::{self, Curve, Effort, Pictures, WALLS},
         scenes::Scene,
@@ -166,20 +167,18 @@ pub fn measure(scene: &Scene, effort: &Effort, options: &Options) -> Result<Scen
     };
     let blocks = figures::blocks(&truth.pictures.indirect);
     let mut without = 0.0;
-    let wanted = |technique: &GiTechnique| {
-        // Without light, there is something to compare with.
-        *technique == GiTechnique::Off
-            || options.techniques.is_empty()
-            || options.techniques.contains(technique)
-    };
-    for technique in GiTechnique::ALL.into_iter().filter(wanted) {
+    let mut techniques = chosen_techniques(studio.world(), &options.techniques)?;
+    techniques.retain(|technique| !technique.is_off());
+    // Without light, there is something to compare with.
+    techniques.insert(0, GiTechnique::OFF);
+    for technique in techniques {
         quality::choose(&mut studio, technique);
         let pictures = quality::shoot(&mut studio, effort);
         exr(technique.name(), &pictures)?;
         let mut figures = Vec::new();
         let mut curves = Vec::new();
         studio.headless.steps(effort.frames / 2);
-        if technique == GiTechnique::Off {
+        if technique == GiTechnique::OFF {
             without = capture::frame_ms(&studio.headless);
         } else {
             cost(&studio, without, &mut figures);

@@ -1,6 +1,6 @@
 //! The page: pictures, maps of errors, plots and tables in one file.
 
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 use bevy_gi::GiTechnique;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -75,7 +75,7 @@ fn overview(report: &Report) -> Markup {
                 th { "noise of the truth" }
             }
             @for scene in &report.scenes { @for technique in &scene.techniques {
-                tr.off[technique.technique == GiTechnique::Off] {
+                tr.off[technique.technique == GiTechnique::OFF] {
                     td { a href={ "#" (scene.name) } { (scene.name) } }
                     td { (technique.technique.name()) }
                     @for figure in PICTURE {
@@ -93,7 +93,7 @@ fn overview(report: &Report) -> Markup {
 
 /// The project's goals: a mean within 15 %, a relative RMSE under 0.35.
 fn grade(technique: &TechniqueReport, figure: Figure) -> Option<&'static str> {
-    if technique.technique == GiTechnique::Off {
+    if technique.technique == GiTechnique::OFF {
         return None;
     }
     let value = technique.get(figure)?;
@@ -107,9 +107,11 @@ fn grade(technique: &TechniqueReport, figure: Figure) -> Option<&'static str> {
 
 /// Relative RMSE over the scenes, of each technique.
 fn spread(report: &Report) -> String {
-    let lines: Vec<Line> = GiTechnique::ALL
+    let all = report.scenes.iter().flat_map(|scene| &scene.techniques);
+    let all: BTreeSet<_> = all.map(|report| report.technique).collect();
+    let lines: Vec<Line> = all
         .into_iter()
-        .filter(|technique| *technique != GiTechnique::Off)
+        .filter(|technique| !technique.is_off())
         .map(|wanted| {
             let errors = report.scenes.iter().flat_map(|scene| &scene.techniques);
             let errors = errors.filter(|t| t.technique == wanted);

@@ -8,7 +8,7 @@ use bevy::{
     math::UVec2,
     pbr::{DistanceFog, ScreenSpaceAmbientOcclusionResources},
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp, RenderStartup,
         camera::ExtractedCamera,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
@@ -28,9 +28,9 @@ use crate::{
     debug::{GiDebugSettings, GiView, Painter},
     gpu::caps::supported,
     gpu::fullscreen::camera_pass,
-    schedule::GiSystems,
+    schedule::{GiPrepare, GiSystems},
     settings::GiSettings,
-    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+    surface::{ViewSurface, surface_layout},
 };
 
 /// Uniform of the composite.
@@ -116,16 +116,11 @@ impl Plugin for CompositePlugin {
         };
         render_app
             .init_resource::<SpecializedRenderPipelines<CompositePipeline>>()
-            .add_systems(
-                RenderStartup,
-                init_composite_pipeline
-                    .after(init_surface_layout)
-                    .run_if(supported),
-            )
+            .add_systems(RenderStartup, init_composite_pipeline.run_if(supported))
             .add_systems(
                 Render,
                 prepare_composite
-                    .in_set(RenderSystems::PrepareBindGroups)
+                    .in_set(GiPrepare::Composite)
                     .after(prepare_denoise)
                     .run_if(supported),
             )
@@ -137,11 +132,10 @@ fn init_composite_pipeline(
     mut commands: Commands,
     server: Res<AssetServer>,
     fullscreen: Res<FullscreenShader>,
-    surface: Res<SurfaceLayout>,
 ) {
     let source = || texture_2d(TextureSampleType::Float { filterable: false });
     commands.insert_resource(CompositePipeline {
-        surface: surface.0.clone(),
+        surface: surface_layout(),
         layout: BindGroupLayoutDescriptor::new(
             "gi/apply/composite",
             &BindGroupLayoutEntries::sequential(

@@ -10,7 +10,7 @@ use bevy::{
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     math::{UVec2, UVec3},
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
         view::ViewUniformOffset,
@@ -27,9 +27,9 @@ use crate::{
         compute::{ComputePass, Recorder, groups},
         statistics::Tracked,
     },
-    schedule::GiSystems,
+    schedule::{GiPrepare, GiSystems},
     settings::GiSettings,
-    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+    surface::{ViewSurface, surface_layout},
     technique::Settling,
 };
 
@@ -74,16 +74,11 @@ impl Plugin for DenoisePlugin {
             return;
         };
         render_app
-            .add_systems(
-                RenderStartup,
-                init_denoise_pipeline
-                    .after(init_surface_layout)
-                    .run_if(supported),
-            )
+            .add_systems(RenderStartup, init_denoise_pipeline.run_if(supported))
             .add_systems(
                 Render,
                 prepare_denoise
-                    .in_set(RenderSystems::PrepareBindGroups)
+                    .in_set(GiPrepare::Views)
                     .after(prepare_history)
                     .run_if(supported),
             )
@@ -95,7 +90,6 @@ fn init_denoise_pipeline(
     mut commands: Commands,
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
-    surface: Res<SurfaceLayout>,
 ) {
     let source = || texture_2d(TextureSampleType::Float { filterable: false });
     let target = || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
@@ -116,7 +110,7 @@ fn init_denoise_pipeline(
     let pass = ComputePass::new(
         &cache,
         "gi/apply/denoise",
-        &[&surface.0, &layout],
+        &[&surface_layout(), &layout],
         load_embedded_asset!(server.as_ref(), "denoise.wgsl"),
         "denoise",
         vec![],

@@ -30,7 +30,7 @@ use bevy::{
     light::{IrradianceVolume, LightProbe, cluster::ClusterVisibilityClass},
     math::{FloatOrd, UVec3, Vec3},
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup,
         render_asset::RenderAssets,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue, ViewQuery},
@@ -47,18 +47,18 @@ use crate::{
     debug::{GiDebugSettings, GiView},
     gpu::{
         caps::{GiSupport, supported},
-        compute::{ComputePass, Recorder, groups},
+        compute::{ComputePass, Recorder, groups, pass_name},
         statistics::{GiStatistics, Tracked},
     },
     scene::{
-        bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
+        bind_group::{SceneBindGroup, scene_layout},
         units::LightUnits,
         volume::{ExtractedVolume, GiVolume, Grid, VolumeGrid, update_grids},
     },
-    schedule::GiSystems,
+    schedule::{GiPrepare, GiSystems},
     settings::{GiSettings, GiTechnique},
     surface::ViewSurface,
-    technique::{Settling, Technique, TechniqueCache, possible},
+    technique::{Cache, LookupShader, Settling, Technique, possible},
 };
 
 /// Voxels between probes.
@@ -105,12 +105,9 @@ impl Plugin for ExportPlugin {
         render_app
             .add_observer(drop_cubes)
             .add_systems(ExtractSchedule, extract_exports)
-            .add_systems(RenderStartup, init_export_layout)
             .add_systems(
                 Render,
-                prepare_exports
-                    .in_set(RenderSystems::PrepareBindGroups)
-                    .run_if(supported),
+                prepare_exports.in_set(GiPrepare::Views).run_if(supported),
             )
             .add_systems(
                 Core3d,
@@ -248,7 +245,7 @@ fn choose_volumes(
     let several = device.is_some_and(|device| has_texture_arrays(&device));
     for (gi, camera, mut visible) in &mut cameras {
         let visible = visible.get_mut(TypeId::of::<ClusterVisibilityClass>());
-        if gi.is_none_or(|gi| gi.active_technique(&settings, &support) == GiTechnique::Off) {
+        if gi.is_none_or(|gi| gi.active_technique(&settings, &support) == GiTechnique::OFF) {
             visible.retain(|entity| !exports.contains(*entity));
             continue;
         }
@@ -354,11 +351,8 @@ struct ExportJob {
 }
 
 /// Layout of group 0; `export.wgsl` is its twin.
-#[derive(Resource)]
-struct ExportLayout(BindGroupLayoutDescriptor);
-
-fn init_export_layout(mut commands: Commands) {
-    commands.insert_resource(ExportLayout(BindGroupLayoutDescriptor::new(
+fn export_layout() -> BindGroupLayoutDescriptor {
+    BindGroupLayoutDescriptor::new(
         "gi/apply/export",
         &BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
@@ -367,7 +361,7 @@ fn init_export_layout(mut commands: Commands) {
                 texture_storage_3d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly),
             ),
         ),
-    )));
+    )
 }
 
 impl ExportCubes {
@@ -433,18 +427,16 @@ fn prepare_exports(
     mut volumes: Query<ExportData>,
     cameras: Query<&ExtractedGiCamera>,
     settings: Res<GiSettings>,
-    layout: Option<Res<ExportLayout>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
     statistics: Res<GiStatistics>,
 ) {
-    let Some(layout) = layout else { return };
     // Irradiance volumes are the same for all cameras: where techniques differ, the general one.
     let technique = cameras
         .iter()
         .map(|camera| camera.technique)
-        .filter(|technique| *technique != GiTechnique::Off)
+        .filter(|technique| !technique.is_off())
         .max_by_key(|technique| *technique == settings.technique);
     let mut probes = 0;
     for (entity, volume, export, settling, cubes) in &mut volumes {
@@ -479,7 +471,7 @@ fn prepare_exports(
         uniform.write_buffer(&device, &queue);
         let group = device.create_bind_group(
             "gi/apply/export",
-            &cache.get_bind_group_layout(&layout.0),
+            &cache.get_bind_group_layout(&export_layout()),
             &BindGroupEntries::sequential((&uniform, &cubes.view)),
         );
         cubes.job = Some(ExportJob {
@@ -553,13 +545,7 @@ impl<T: Technique> Plugin for TechniqueExportPlugin<T> {
             return;
         };
         render_app
-            .add_systems(
-                RenderStartup,
-                init_export_pass::<T>
-                    .after(init_export_layout)
-                    .after(init_scene_layout)
-                    .run_if(possible::<T>),
-            )
+            .add_systems(RenderStartup, init_export_pass::<T>.run_if(possible::<T>))
             .add_systems(RenderGraph, export::<T>.in_set(GiSystems::Export));
     }
 }
@@ -571,16 +557,18 @@ fn init_export_pass<T: Technique>(
     mut commands: Commands,
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
-    layout: Res<ExportLayout>,
-    scene: Res<SceneLayout>,
 ) {
-    let (shader, defs) = T::export_shader(&server);
+    let LookupShader {
+        shader,
+        entry,
+        defs,
+    } = T::export(&server);
     let pass = ComputePass::new(
         &cache,
-        T::EXPORT,
-        &[&layout.0, &scene.layout, &T::cache_layout()],
+        pass_name(T::NAME, "export"),
+        &[&export_layout(), &scene_layout(), &T::cache_layout()],
         shader,
-        T::EXPORT_ENTRY,
+        entry,
         defs,
     );
     commands.insert_resource(ExportPass::<T>(pass, PhantomData));
@@ -598,7 +586,7 @@ fn export<T: Technique>(
         .filter_map(|(cubes, technique, scene)| {
             let job = cubes.job.as_ref()?;
             let threads = cubes.probes.with_z(job.layers * 6);
-            (job.technique == T::TECHNIQUE).then_some((
+            (job.technique == GiTechnique::of::<T>()).then_some((
                 groups(threads, UVec3::splat(4)),
                 [&job.group, &scene.0, technique.bind_group()?],
             ))

@@ -5,16 +5,13 @@ use std::marker::PhantomData;
 use bevy::{
     app::{App, Plugin},
     asset::AssetServer,
-    camera::{
-        Camera,
-        primitives::{Aabb, Frustum},
-    },
+    camera::primitives::{Aabb, Frustum},
     core_pipeline::schedule::Core3d,
     ecs::prelude::*,
     log::warn,
     math::{Affine3A, UVec2, UVec3, Vec3, primitives::ViewFrustum},
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
         view::{ExtractedView, ViewUniformOffset},
@@ -23,23 +20,21 @@ use bevy::{
 };
 
 use crate::{
-    camera::GiCamera,
     gpu::{
-        caps::{GiSupport, supported},
-        compute::{ComputePass, Recorder, groups},
+        caps::supported,
+        compute::{ComputePass, Recorder, groups, pass_name},
         statistics::{GiStatistics, Tracked},
     },
     scene::{
-        bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
-        needs::{NeedsKnown, SceneNeeds},
+        bind_group::{SceneBindGroup, scene_layout},
         units::LightUnits,
         visibility::grid_bounds,
         volume::ExtractedVolume,
     },
-    schedule::GiSystems,
-    settings::{GatherResolution, GiHistory, GiSettings},
-    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
-    technique::{Technique, TechniqueCache, possible},
+    schedule::{GiPrepare, GiSystems},
+    settings::{GatherResolution, GiHistory, GiSettings, GiTechnique},
+    surface::{ViewSurface, surface_layout},
+    technique::{Cache, LookupShader, Technique, possible},
 };
 
 /// Volumes that light one camera at most: each is a pass over its picture. Those that the camera does not see do
@@ -104,10 +99,6 @@ impl ViewIndirect {
     }
 }
 
-/// Layout of group 3 of the gather; `gather.wgsl` is its twin.
-#[derive(Resource)]
-pub(crate) struct GatherLayout(BindGroupLayoutDescriptor);
-
 pub(crate) struct ViewIndirectPlugin;
 
 impl Plugin for ViewIndirectPlugin {
@@ -116,22 +107,21 @@ impl Plugin for ViewIndirectPlugin {
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
-        render_app
-            .add_systems(RenderStartup, init_gather_layout)
-            .add_systems(
-                Render,
-                prepare_view_indirect
-                    .in_set(RenderSystems::PrepareBindGroups)
-                    .before(super::temporal::prepare_history)
-                    .run_if(supported),
-            );
+        render_app.add_systems(
+            Render,
+            prepare_view_indirect
+                .in_set(GiPrepare::Views)
+                .before(super::temporal::prepare_history)
+                .run_if(supported),
+        );
     }
 }
 
-pub(crate) fn init_gather_layout(mut commands: Commands) {
+/// Layout of group 3 of the gather; `gather.wgsl` is its twin.
+fn gather_layout() -> BindGroupLayoutDescriptor {
     let target = || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
     let source = || texture_2d(TextureSampleType::Float { filterable: false });
-    commands.insert_resource(GatherLayout(BindGroupLayoutDescriptor::new(
+    BindGroupLayoutDescriptor::new(
         "gi/gather",
         &BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
@@ -143,7 +133,7 @@ pub(crate) fn init_gather_layout(mut commands: Commands) {
                 target(),
             ),
         ),
-    )));
+    )
 }
 
 /// A texture at gather resolution that passes write and read.
@@ -234,13 +224,11 @@ fn prepare_view_indirect(
     volumes: Query<(Entity, &ExtractedVolume)>,
     settings: Res<GiSettings>,
     (history, units): (Res<GiHistory>, Res<LightUnits>),
-    layout: Option<Res<GatherLayout>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
     statistics: Res<GiStatistics>,
 ) {
-    let Some(layout) = layout else { return };
     let mut sorted: Vec<_> = volumes.iter().collect();
     sorted.sort_by_key(|(_, volume)| volume.rank);
     for (entity, view, surface, indirect) in &mut views {
@@ -300,7 +288,7 @@ fn prepare_view_indirect(
                 let [to, from] = [&targets[i % 2], &targets[1 - i % 2]];
                 let group = device.create_bind_group(
                     "gi/gather",
-                    &cache.get_bind_group_layout(&layout.0),
+                    &cache.get_bind_group_layout(&gather_layout()),
                     &BindGroupEntries::sequential((
                         &uniform, &*from[0], &*from[1], &*to[0], &*to[1],
                     )),
@@ -338,14 +326,8 @@ impl<T: Technique> Plugin for GatherPlugin<T> {
         render_app
             .add_systems(
                 RenderStartup,
-                init_gather_pipeline::<T>
-                    .after(init_gather_layout)
-                    .after(init_scene_layout)
-                    .after(init_surface_layout)
-                    .run_if(possible::<T>),
+                init_gather_pipeline::<T>.run_if(possible::<T>),
             )
-            .add_observer(drop_cache::<T>)
-            .add_systems(ExtractSchedule, extract_needs::<T>.in_set(NeedsKnown))
             .add_systems(Core3d, gather::<T>.in_set(GiSystems::Gather));
     }
 }
@@ -357,40 +339,26 @@ fn init_gather_pipeline<T: Technique>(
     mut commands: Commands,
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
-    surface: Res<SurfaceLayout>,
-    scene: Res<SceneLayout>,
-    gather: Res<GatherLayout>,
 ) {
-    let (shader, defs) = T::gather_shader(&server);
+    let LookupShader {
+        shader,
+        entry,
+        defs,
+    } = T::gather(&server);
     let pass = ComputePass::new(
         &cache,
-        T::GATHER,
-        &[&surface.0, &scene.layout, &T::cache_layout(), &gather.0],
+        pass_name(T::NAME, "gather"),
+        &[
+            &surface_layout(),
+            &scene_layout(),
+            &T::cache_layout(),
+            &gather_layout(),
+        ],
         shader,
-        T::GATHER_ENTRY,
+        entry,
         defs,
     );
     commands.insert_resource(GatherPipeline::<T>(pass, PhantomData));
-}
-
-/// Says what the technique needs, if some camera uses it.
-fn extract_needs<T: Technique>(
-    settings: Extract<Res<GiSettings>>,
-    support: Extract<Res<GiSupport>>,
-    cameras: Extract<Query<(&Camera, &GiCamera)>>,
-    mut needs: ResMut<SceneNeeds>,
-) {
-    let uses = |(camera, gi): (&Camera, &GiCamera)| {
-        camera.is_active && gi.active_technique(&settings, &support) == T::TECHNIQUE
-    };
-    if cameras.iter().any(uses) {
-        needs.add(T::NEEDS);
-    }
-}
-
-/// A volume that is gone takes the technique's cache with it.
-fn drop_cache<T: Technique>(removed: On<Remove, ExtractedVolume>, mut commands: Commands) {
-    commands.entity(removed.entity).try_remove::<T::Cache>();
 }
 
 fn gather<T: Technique>(
@@ -402,7 +370,7 @@ fn gather<T: Technique>(
 ) {
     let (surface, indirect, offset) = view.into_inner();
     let Some(pipeline) = pipeline else { return };
-    if surface.technique != T::TECHNIQUE {
+    if surface.technique != GiTechnique::of::<T>() {
         return;
     }
     let runs = indirect.passes.iter().filter_map(|(volume, group)| {

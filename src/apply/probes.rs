@@ -6,7 +6,7 @@ use bevy::{
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     math::{UVec3, Vec3},
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
         renderer::{RenderDevice, RenderQueue},
     },
@@ -20,6 +20,7 @@ use crate::{
     },
     gpu::{caps::supported, compute::ComputePass},
     scene::volume::ExtractedVolume,
+    schedule::GiPrepare,
 };
 
 const NAME: &str = "gi/apply/show_probes";
@@ -52,10 +53,7 @@ impl Plugin for ProbesPlugin {
         render_app
             .add_observer(drop_probes)
             .add_systems(RenderStartup, init_pass.run_if(supported))
-            .add_systems(
-                Render,
-                prepare_probes.in_set(RenderSystems::PrepareBindGroups),
-            );
+            .add_systems(Render, prepare_probes.in_set(GiPrepare::Composite));
     }
 }
 

@@ -7,7 +7,7 @@ use bevy::{
     ecs::prelude::*,
     math::{UVec2, UVec3},
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
         view::ViewUniformOffset,
@@ -21,9 +21,9 @@ use crate::{
         compute::{ComputePass, Recorder, groups},
         statistics::{GiStatistics, Tracked},
     },
-    schedule::GiSystems,
+    schedule::{GiPrepare, GiSystems},
     settings::GiSettings,
-    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+    surface::{ViewSurface, surface_layout},
     technique::Settling,
 };
 
@@ -74,18 +74,11 @@ impl Plugin for TemporalPlugin {
             return;
         };
         render_app
-            .add_systems(
-                RenderStartup,
-                init_temporal_pipeline
-                    .after(init_surface_layout)
-                    .run_if(supported),
-            )
+            .add_systems(RenderStartup, init_temporal_pipeline.run_if(supported))
             .add_systems(
                 Render,
                 // Between the two, the commands of the first are applied.
-                prepare_history
-                    .in_set(RenderSystems::PrepareBindGroups)
-                    .run_if(supported),
+                prepare_history.in_set(GiPrepare::Views).run_if(supported),
             )
             .add_systems(Core3d, accumulate.in_set(GiSystems::Denoise));
     }
@@ -95,7 +88,6 @@ fn init_temporal_pipeline(
     mut commands: Commands,
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
-    surface: Res<SurfaceLayout>,
 ) {
     let source = || texture_2d(TextureSampleType::Float { filterable: false });
     let target = || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
@@ -119,7 +111,7 @@ fn init_temporal_pipeline(
     let pass = ComputePass::new(
         &cache,
         "gi/apply/temporal",
-        &[&surface.0, &layout],
+        &[&surface_layout(), &layout],
         load_embedded_asset!(server.as_ref(), "temporal.wgsl"),
         "accumulate",
         vec![],

@@ -22,13 +22,13 @@ use crate::{
         fullscreen::{FullscreenPass, camera_pass},
     },
     scene::{
-        bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
+        bind_group::{SceneBindGroup, scene_layout},
         needs::{NeedsKnown, SceneNeeds},
         rsm::{self, SceneRsm, rsm_layout},
         shadows::SceneShadows,
     },
     schedule::GiSystems,
-    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+    surface::{ViewSurface, surface_layout},
 };
 
 const NAME: &str = "gi/debug/light_maps";
@@ -105,13 +105,7 @@ impl Plugin for LightMapsViewPlugin {
             return;
         };
         render_app
-            .add_systems(
-                RenderStartup,
-                init_pass
-                    .after(init_surface_layout)
-                    .after(init_scene_layout)
-                    .run_if(supported),
-            )
+            .add_systems(RenderStartup, init_pass.run_if(supported))
             .add_systems(
                 ExtractSchedule,
                 extract_needs.in_set(NeedsKnown).run_if(supported),
@@ -126,13 +120,7 @@ impl Plugin for LightMapsViewPlugin {
     }
 }
 
-fn init_pass(
-    mut commands: Commands,
-    server: Res<AssetServer>,
-    fullscreen: Res<FullscreenShader>,
-    surface: Res<SurfaceLayout>,
-    scene: Res<SceneLayout>,
-) {
+fn init_pass(mut commands: Commands, server: Res<AssetServer>, fullscreen: Res<FullscreenShader>) {
     let tiles = BindGroupLayoutDescriptor::new(
         NAME,
         &BindGroupLayoutEntries::sequential(
@@ -144,7 +132,7 @@ fn init_pass(
         ),
     );
     let shadows = FullscreenPass {
-        layout: vec![surface.0.clone(), scene.layout.clone(), tiles.clone()],
+        layout: vec![surface_layout(), scene_layout(), tiles.clone()],
         fullscreen: fullscreen.clone(),
         shader: load_embedded_asset!(server.as_ref(), "light_maps.wgsl"),
         shader_defs: Vec::new(),

@@ -29,7 +29,7 @@ pub use view::{GiSlice, GiView, HintView};
 
 use crate::{
     camera::ExtractedGiCamera,
-    settings::{Clamp, Clamped, FieldRange, GiTechnique, SettingsResource, SettingsResourcePlugin},
+    settings::{Clamp, Clamped, FieldRange, SettingsResource, SettingsResourcePlugin},
 };
 
 /// What to show for debugging. The same for all GI cameras; those whose technique is off show their
@@ -100,13 +100,7 @@ impl Clamped for GiDebugSettings {
     }
 }
 
-impl SettingsResource for GiDebugSettings {
-    const TECHNIQUE: Option<GiTechnique> = None;
-
-    fn presets() -> Vec<(&'static str, Self)> {
-        Vec::new()
-    }
-}
+impl SettingsResource for GiDebugSettings {}
 
 pub(crate) struct DebugPlugin;
 
@@ -136,7 +130,7 @@ impl Plugin for DebugPlugin {
 /// arrives anew in every frame.
 fn show_plain_values(mut commands: Commands, views: Query<(Entity, &ExtractedGiCamera)>) {
     for (view, camera) in &views {
-        if camera.technique != GiTechnique::Off {
+        if !camera.technique.is_off() {
             commands.entity(view).insert(Tonemapping::None);
         }
     }

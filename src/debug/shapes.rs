@@ -25,7 +25,7 @@ use crate::{
         fullscreen::camera_pass,
     },
     schedule::GiSystems,
-    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+    surface::{ViewSurface, surface_layout},
 };
 
 const NAME: &str = "gi/debug/shapes";
@@ -136,10 +136,7 @@ impl Plugin for ShapesPlugin {
             return;
         };
         render_app
-            .add_systems(
-                RenderStartup,
-                init_pipeline.after(init_surface_layout).run_if(supported),
-            )
+            .add_systems(RenderStartup, init_pipeline.run_if(supported))
             .add_systems(
                 RenderGraph,
                 fill_shapes.in_set(GiSystems::FillDebug).run_if(
@@ -159,9 +156,9 @@ impl Plugin for ShapesPlugin {
     }
 }
 
-fn init_pipeline(mut commands: Commands, server: Res<AssetServer>, surface: Res<SurfaceLayout>) {
+fn init_pipeline(mut commands: Commands, server: Res<AssetServer>) {
     commands.insert_resource(ShapesPipeline {
-        surface: surface.0.clone(),
+        surface: surface_layout(),
         layout: BindGroupLayoutDescriptor::new(
             NAME,
             &BindGroupLayoutEntries::single(

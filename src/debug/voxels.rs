@@ -8,7 +8,7 @@ use bevy::{
     core_pipeline::{FullscreenShader, schedule::Core3d},
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup,
         camera::ExtractedCamera,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
@@ -25,12 +25,12 @@ use crate::{
         fullscreen::{FullscreenPass, camera_pass},
     },
     scene::{
-        bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
+        bind_group::{SceneBindGroup, scene_layout},
         needs::{NeedsKnown, SceneNeeds},
         voxels::{SceneVoxels, shader_defs},
     },
-    schedule::GiSystems,
-    surface::{SurfaceLayout, ViewSurface, init_surface_layout},
+    schedule::{GiPrepare, GiSystems},
+    surface::{ViewSurface, surface_layout},
 };
 
 const NAME: &str = "gi/debug/voxels";
@@ -57,31 +57,24 @@ pub(crate) struct VoxelView {
     pub groups: Vec<BindGroup>,
 }
 
-/// What every shader of cells has in common.
-#[derive(Resource)]
-pub(crate) struct VoxelViewPass {
-    fullscreen: FullscreenShader,
-    /// Groups 0 and 1.
-    groups: [BindGroupLayoutDescriptor; 2],
-    pipelines: SpecializedRenderPipelines<FullscreenPass>,
-}
+/// Pipelines of all shaders of cells, for each format of a target.
+#[derive(Resource, Default)]
+struct VoxelViewPipelines(SpecializedRenderPipelines<FullscreenPass>);
 
-impl VoxelViewPass {
-    /// A pass whose fragment shader has these groups from 2 on.
-    pub fn shader(
-        &self,
-        groups: &[BindGroupLayoutDescriptor],
-        shader: Handle<Shader>,
-        shader_defs: Vec<ShaderDefVal>,
-    ) -> Arc<FullscreenPass> {
-        Arc::new(FullscreenPass {
-            layout: [&self.groups, groups].concat(),
-            fullscreen: self.fullscreen.clone(),
-            shader,
-            shader_defs: [GiView::shader_defs(), shader_defs].concat(),
-            depth: Some(DEPTH),
-        })
-    }
+/// A pass of cells whose fragment shader has these groups from 2 on.
+pub(crate) fn voxel_view_pass(
+    fullscreen: &FullscreenShader,
+    groups: &[BindGroupLayoutDescriptor],
+    shader: Handle<Shader>,
+    shader_defs: Vec<ShaderDefVal>,
+) -> Arc<FullscreenPass> {
+    Arc::new(FullscreenPass {
+        layout: [&[surface_layout(), scene_layout()], groups].concat(),
+        fullscreen: fullscreen.clone(),
+        shader,
+        shader_defs: [GiView::shader_defs(), shader_defs].concat(),
+        depth: Some(DEPTH),
+    })
 }
 
 /// The uniform for the view that is chosen.
@@ -125,17 +118,8 @@ impl Plugin for VoxelViewPlugin {
             return;
         };
         render_app
-            .add_systems(
-                RenderStartup,
-                (
-                    init_voxel_view
-                        .after(init_surface_layout)
-                        .after(init_scene_layout),
-                    init_surface_view,
-                )
-                    .chain()
-                    .run_if(supported),
-            )
+            .init_resource::<VoxelViewPipelines>()
+            .add_systems(RenderStartup, init_surface_view.run_if(supported))
             .add_systems(
                 ExtractSchedule,
                 extract_needs.in_set(NeedsKnown).run_if(supported),
@@ -144,16 +128,12 @@ impl Plugin for VoxelViewPlugin {
                 Render,
                 (
                     forget
-                        .in_set(RenderSystems::PrepareResources)
+                        .in_set(GiPrepare::Scene)
                         .run_if(any_with_component::<VoxelView>),
-                    prepare_targets
-                        .in_set(RenderSystems::PrepareResources)
-                        .run_if(shows_cells),
-                    show_surfaces
-                        .in_set(RenderSystems::PrepareBindGroups)
-                        .run_if(|debug: Res<GiDebugSettings>| {
-                            debug.view.painter() == Painter::Voxels
-                        }),
+                    prepare_targets.in_set(GiPrepare::Scene).run_if(shows_cells),
+                    show_surfaces.in_set(GiPrepare::Composite).run_if(
+                        |debug: Res<GiDebugSettings>| debug.view.painter() == Painter::Voxels,
+                    ),
                 ),
             )
             .add_systems(
@@ -168,20 +148,11 @@ fn extract_needs(debug: Extract<Res<GiDebugSettings>>, mut needs: ResMut<SceneNe
     needs.voxels |= debug.view.painter() == Painter::Voxels;
 }
 
-pub(crate) fn init_voxel_view(
+fn init_surface_view(
     mut commands: Commands,
+    server: Res<AssetServer>,
     fullscreen: Res<FullscreenShader>,
-    surface: Res<SurfaceLayout>,
-    scene: Res<SceneLayout>,
 ) {
-    commands.insert_resource(VoxelViewPass {
-        fullscreen: fullscreen.clone(),
-        groups: [surface.0.clone(), scene.layout.clone()],
-        pipelines: Default::default(),
-    });
-}
-
-fn init_surface_view(mut commands: Commands, server: Res<AssetServer>, pass: Res<VoxelViewPass>) {
     let read = || storage_buffer_read_only_sized(false, None);
     let layout = BindGroupLayoutDescriptor::new(
         NAME,
@@ -192,7 +163,12 @@ fn init_surface_view(mut commands: Commands, server: Res<AssetServer>, pass: Res
     );
     let shader = load_embedded_asset!(server.as_ref(), "voxels.wgsl");
     commands.insert_resource(SurfaceView {
-        shader: pass.shader(std::slice::from_ref(&layout), shader, shader_defs()),
+        shader: voxel_view_pass(
+            &fullscreen,
+            std::slice::from_ref(&layout),
+            shader,
+            shader_defs(),
+        ),
         layout,
     });
 }
@@ -278,18 +254,18 @@ type View<'a> = (
 fn draw(
     view: ViewQuery<View>,
     volumes: Query<&VoxelView>,
-    pass: Option<ResMut<VoxelViewPass>>,
+    mut pipelines: ResMut<VoxelViewPipelines>,
     cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
     let (extracted, target, depth, camera, surface, offset) = view.into_inner();
-    let Some(mut pass) = pass else { return };
     let format = extracted.target_format;
     let shown: Vec<_> = volumes
         .iter()
         .map(|shown| {
-            let pipelines = &mut pass.pipelines;
-            let id = pipelines.specialize(&cache, &shown.shader, (shown.name, format));
+            let id = pipelines
+                .0
+                .specialize(&cache, &shown.shader, (shown.name, format));
             (id, shown)
         })
         .collect();

@@ -6,7 +6,7 @@ use bevy::{
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     math::UVec3,
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
         renderer::{RenderDevice, RenderQueue},
     },
@@ -22,6 +22,7 @@ use crate::{
         needs::{NeedsKnown, SceneNeeds},
         rsm::{self, SceneRsm, rsm_layout},
     },
+    schedule::GiPrepare,
 };
 
 const NAME: &str = "gi/debug/show_vpls";
@@ -58,12 +59,7 @@ impl Plugin for VplsViewPlugin {
                 ExtractSchedule,
                 extract_needs.in_set(NeedsKnown).run_if(supported),
             )
-            .add_systems(
-                Render,
-                prepare
-                    .in_set(RenderSystems::PrepareBindGroups)
-                    .after(crate::scene::rsm::prepare_bind_groups),
-            );
+            .add_systems(Render, prepare.in_set(GiPrepare::Composite));
     }
 }
 

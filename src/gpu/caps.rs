@@ -15,13 +15,13 @@ use bevy::{
 
 /// Whether global illumination can run here, and with which techniques. Inserted into both worlds.
 ///
-/// Cameras whose technique cannot run render as with [`GiTechnique::Off`](crate::GiTechnique::Off).
+/// Cameras whose technique cannot run render as with [`GiTechnique::OFF`](crate::GiTechnique::OFF).
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct GiSupport {
     /// Why none of them runs.
     missing: Option<String>,
-    /// Why those do not run that need more than others, by their titles.
-    techniques: Vec<(&'static str, String)>,
+    /// Names of the techniques, each with the reason why it does not run, if it does not. Empty until the device is there.
+    techniques: Vec<(&'static str, Option<String>)>,
 }
 
 impl GiSupport {
@@ -35,10 +35,15 @@ impl GiSupport {
         self.missing.as_deref()
     }
 
-    /// The same for the technique of that title.
-    pub(crate) fn reason_of(&self, title: &str) -> Option<&str> {
-        let own = self.techniques.iter().find(|(name, _)| *name == title);
-        self.reason().or(own.map(|(_, why)| why.as_str()))
+    /// The same for the technique of that name.
+    pub(crate) fn reason_of(&self, name: &str) -> Option<&str> {
+        let own = self.techniques.iter().find(|(own, _)| *own == name);
+        let own = match own {
+            Some((_, why)) => why.as_deref(),
+            None if self.techniques.is_empty() => None,
+            None => Some("the app has no technique of that name"),
+        };
+        self.reason().or(own)
     }
 
     /// Nothing runs.
@@ -49,36 +54,49 @@ impl GiSupport {
         }
     }
 
-    /// All but one technique runs.
+    /// The same, but for one technique.
     #[cfg(test)]
-    pub(crate) fn all_but(title: &'static str, why: &str) -> Self {
-        Self {
-            missing: None,
-            techniques: vec![(title, why.into())],
-        }
+    pub(crate) fn all_but<'a>(&self, name: &'static str, why: impl Into<Option<&'a str>>) -> Self {
+        let mut support = self.clone();
+        support.techniques.retain(|(own, _)| *own != name);
+        let why = why.into().map(str::to_owned);
+        support.techniques.push((name, why));
+        support
     }
 
-    /// What runs on a device of that name, of techniques with those titles and needs.
-    fn of(offer: &DeviceOffer, name: &str, techniques: &[(&'static str, DeviceNeeds)]) -> Self {
+    /// What runs on a device of that name.
+    fn of(offer: &DeviceOffer, device: &str, techniques: &[TechniqueNeeds]) -> Self {
         let common = offer.lacks_capability().or_else(|| COMMON.missing(offer));
         if let Some(what) = common {
             return Self::without(format!(
-                "the device '{name}' lacks {what}; a newer driver may have it, and Vulkan, Metal or \
+                "the device '{device}' lacks {what}; a newer driver may have it, and Vulkan, Metal or \
                  DX12 rather than OpenGL do"
             ));
         }
-        let techniques = techniques.iter().filter_map(|(title, needs)| {
-            let what = needs.missing(offer)?;
-            let why = format!(
-                "{title} is off: the device '{name}' lacks {what}; cameras with it show no indirect light"
-            );
-            Some((*title, why))
+        let techniques = techniques.iter().map(|technique| {
+            let TechniqueNeeds { name, title, needs } = technique;
+            let why = needs.missing(offer).map(|what| {
+                format!(
+                    "{title} is off: the device '{device}' lacks {what}; cameras with it show no indirect light"
+                )
+            });
+            (*name, why)
         });
         Self {
             missing: None,
             techniques: techniques.collect(),
         }
     }
+}
+
+/// A technique, and what it needs of a device.
+pub(crate) struct TechniqueNeeds {
+    /// Short name.
+    pub name: &'static str,
+    /// For people to read.
+    pub title: &'static str,
+    /// What it needs beyond [`COMMON`].
+    pub needs: DeviceNeeds,
 }
 
 /// Run condition of every pass.
@@ -89,7 +107,7 @@ pub(crate) fn supported(support: Option<Res<GiSupport>>) -> bool {
 /// What a part of the crate needs of a device, of what not every device has. The numbers are those of its layouts,
 /// which `device_tests.rs` counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct DeviceNeeds {
+pub struct DeviceNeeds {
     /// Storage buffers in all layouts of a pipeline together, per shader stage.
     pub storage_buffers: u32,
     /// Storage textures likewise.
@@ -206,7 +224,7 @@ impl DeviceOffer {
 }
 
 /// Inspects the device. Called once, when there is one.
-pub(crate) fn detect(app: &mut App, techniques: &[(&'static str, DeviceNeeds)]) {
+pub(crate) fn detect(app: &mut App, techniques: &[TechniqueNeeds]) {
     let support = match app.get_sub_app(RenderApp) {
         None => GiSupport::without(
             "the app has no renderer (RenderPlugin is missing, or no graphics adapter was found; \
@@ -228,7 +246,11 @@ pub(crate) fn detect(app: &mut App, techniques: &[(&'static str, DeviceNeeds)]) 
     if let Some(why) = support.reason() {
         error!("{why}");
     }
-    for (_, why) in &support.techniques {
+    for why in support
+        .techniques
+        .iter()
+        .filter_map(|(_, why)| why.as_ref())
+    {
         warn!("{why}");
     }
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
@@ -244,16 +266,21 @@ mod tests {
     use super::*;
 
     /// Of two made-up techniques, one needs more than [`COMMON`] of each number.
-    const TECHNIQUES: [(&str, DeviceNeeds); 2] = [
-        (
-            "Greedy",
-            DeviceNeeds {
+    const TECHNIQUES: [TechniqueNeeds; 2] = [
+        TechniqueNeeds {
+            name: "greedy",
+            title: "Greedy",
+            needs: DeviceNeeds {
                 storage_buffers: 8,
                 storage_textures: 4,
                 texture_3d: 1536,
             },
-        ),
-        ("Modest", COMMON),
+        },
+        TechniqueNeeds {
+            name: "modest",
+            title: "Modest",
+            needs: COMMON,
+        },
     ];
 
     /// A device with everything, and these limits.
@@ -280,17 +307,19 @@ mod tests {
         let why = support.reason().unwrap();
         let says = ["bevy_gi is off", "toaster", what].map(|part| why.contains(part));
         assert!(says.iter().all(|says| *says), "{what}: {why}");
-        for (title, _) in TECHNIQUES {
-            assert_eq!(support.reason_of(title), Some(why));
+        for technique in TECHNIQUES {
+            assert_eq!(support.reason_of(technique.name), Some(why));
         }
     }
 
     #[test]
     fn what_webgpu_guarantees_is_enough() {
         let support = support(&offer(WgpuLimits::defaults()));
-        assert_eq!(support, GiSupport::default());
         assert!(support.is_supported());
-        assert_eq!(support.reason_of("Greedy"), None);
+        assert_eq!(support.reason_of("greedy"), None);
+        // A name that none has.
+        assert!(support.reason_of("greed").is_some());
+        assert_eq!(GiSupport::default().reason_of("greed"), None);
     }
 
     #[test]
@@ -337,10 +366,10 @@ mod tests {
             change(&mut limits);
             let support = support(&offer(limits));
             assert!(support.is_supported() && support.reason().is_none());
-            let why = support.reason_of("Greedy").unwrap();
+            let why = support.reason_of("greedy").unwrap();
             let says = ["Greedy is off", "toaster", what].map(|part| why.contains(part));
             assert!(says.iter().all(|says| *says), "{what}: {why}");
-            assert_eq!(support.reason_of("Modest"), None);
+            assert_eq!(support.reason_of("modest"), None);
         }
     }
 }

@@ -13,10 +13,17 @@ use bevy::{
     shader::{Shader, ShaderDefVal},
 };
 
+/// The name of a technique's pass, `gi/TECHNIQUE/PASS`, for as long as the app runs: called once for each pass.
+pub(crate) fn pass_name(technique: &str, pass: &str) -> &'static str {
+    format!("gi/{technique}/{pass}").leak()
+}
+
 /// A compute pass: its one name is label, debug group and diagnostics path.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ComputePass {
+pub struct ComputePass {
+    /// `gi/` and the part of the crate that it belongs to, and what it does.
     pub name: &'static str,
+    /// Its pipeline, once that is compiled.
     pub pipeline: CachedComputePipelineId,
 }
 
@@ -50,7 +57,7 @@ impl ComputePass {
 }
 
 /// How many workgroups run.
-pub(crate) enum Groups<'a> {
+pub enum Groups<'a> {
     /// Fixed numbers.
     Direct(UVec3),
     /// Three `u32` at a byte offset of a buffer.
@@ -58,9 +65,12 @@ pub(crate) enum Groups<'a> {
 }
 
 /// Records compute passes into one encoder, each timed under its name.
-pub(crate) struct Recorder<'a> {
+pub struct Recorder<'a> {
+    /// What is recorded.
     pub encoder: &'a mut CommandEncoder,
+    /// All pipelines of the app.
     pub cache: &'a PipelineCache,
+    /// Where times go, if they are measured.
     pub diagnostics: Option<&'a DiagnosticsRecorder>,
 }
 
@@ -104,6 +114,6 @@ impl Recorder<'_> {
 }
 
 /// Workgroups of `size` threads that cover `threads`.
-pub(crate) fn groups(threads: UVec3, size: UVec3) -> Groups<'static> {
+pub fn groups(threads: UVec3, size: UVec3) -> Groups<'static> {
     Groups::Direct((threads + size - 1) / size)
 }

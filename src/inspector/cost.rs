@@ -11,7 +11,7 @@ use bevy::{
 use bevy_egui::egui;
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoints};
 
-use crate::{GiSettings, GiStatistics, GiSupport, GiTechnique, last_frame};
+use crate::{GiSettings, GiStatistics, GiSupport, GiTechnique, GiTechniques, last_frame};
 
 /// Frames that are remembered.
 const FRAMES: usize = 240;
@@ -131,8 +131,10 @@ fn warnings(world: &World, ui: &mut egui::Ui) {
             ui.colored_label(color, why);
         }
         None => {
-            for why in GiTechnique::ALL.map(|technique| support.technique(technique)) {
-                why.map(|why| ui.colored_label(color, why));
+            for entry in world.resource::<GiTechniques>().iter() {
+                if let Some(why) = support.technique(entry.technique) {
+                    ui.colored_label(color, why);
+                }
             }
         }
     }

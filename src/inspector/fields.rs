@@ -18,7 +18,7 @@ use bevy_inspector_egui::{
     reflect_inspector::{Context, InspectorUi},
 };
 
-use crate::FieldRange;
+use crate::{FieldRange, GiTechnique, GiTechniques};
 
 /// A field in which one types what is looked for.
 pub(super) fn search(text: &mut String, ui: &mut egui::Ui) {
@@ -76,6 +76,7 @@ impl Group<'_> {
     /// Shows it. True if anything was changed.
     pub fn show(&self, world: &World, value: &mut dyn Reflect, ui: &mut egui::Ui) -> bool {
         let types = world.resource::<AppTypeRegistry>().read();
+        let techniques = world.resource::<GiTechniques>();
         let (docs, info) = match value.get_represented_type_info() {
             Some(TypeInfo::Struct(info)) => (info.docs(), info),
             _ => return false,
@@ -140,7 +141,10 @@ impl Group<'_> {
                         let differs = is_changed(name, value);
                         let unit = self.range(name).map_or("", |range| range.unit);
                         label(name, unit, differs, field.docs(), ui);
-                        changed |= self.editor(&types, name, value, field.docs(), ui);
+                        changed |= match technique(techniques, name, value, ui) {
+                            Some(changed) => changed,
+                            None => self.editor(&types, name, value, field.docs(), ui),
+                        };
                         let button = egui::Button::new("↺").small();
                         let button = ui.add_enabled(differs, button);
                         let default = defaults.field(name);
@@ -204,6 +208,38 @@ impl Group<'_> {
         })
         .inner
     }
+}
+
+/// A list of all techniques, if a value is one of them or may be: whether another was chosen.
+fn technique(
+    techniques: &GiTechniques,
+    name: &str,
+    value: &mut dyn PartialReflect,
+    ui: &mut egui::Ui,
+) -> Option<bool> {
+    let optional = value.try_downcast_ref::<Option<GiTechnique>>().copied();
+    let always = value.try_downcast_ref::<GiTechnique>().copied();
+    let before = optional.or(always.map(Some))?;
+    let mut chosen = before;
+    let title = |technique: Option<GiTechnique>| match technique {
+        Some(technique) => techniques.title(technique),
+        None => "that of the settings",
+    };
+    egui::ComboBox::from_id_salt((name, "technique"))
+        .selected_text(title(before))
+        .show_ui(ui, |ui| {
+            let all = techniques.iter().map(|entry| Some(entry.technique));
+            let none = optional.is_some().then_some(None);
+            for choice in none.into_iter().chain(all) {
+                ui.selectable_value(&mut chosen, choice, title(choice));
+            }
+        });
+    match (optional, chosen) {
+        (Some(_), _) => value.apply(&chosen),
+        (None, Some(technique)) => value.apply(&technique),
+        (None, None) => {}
+    }
+    Some(chosen != before)
 }
 
 /// Whether all numbers in a value are finite.

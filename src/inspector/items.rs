@@ -18,7 +18,9 @@ use super::{
     GiInspector,
     fields::{self, Group},
 };
-use crate::{FieldRange, GiCamera, GiCascades, GiLight, GiVolume, ProbePin, ProbeSet};
+use crate::{
+    FieldRange, GiCamera, GiCascades, GiLight, GiTechniques, GiVolume, ProbePin, ProbeSet,
+};
 
 type AnyLight = Or<(
     With<PointLight>,
@@ -323,12 +325,13 @@ fn lights(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
 }
 
 fn cameras(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
+    let techniques = world.resource::<GiTechniques>().clone();
     let items = list::<Option<&GiCamera>, With<Camera3d>>(world, |gi| match gi {
         None => "no global illumination".into(),
         Some(GiCamera { technique: None }) => "the technique of the settings".into(),
         Some(GiCamera {
             technique: Some(technique),
-        }) => technique.title().into(),
+        }) => techniques.title(*technique).into(),
     });
     section(
         world,

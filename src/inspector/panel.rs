@@ -5,8 +5,8 @@ use bevy_egui::{EguiContext, PrimaryEguiContext, egui};
 
 use super::{Dock, GiInspector, cost, fields, fields::Fold, files, items};
 use crate::{
-    GiDebugSettings, GiSettings, GiSettingsRegistry, GiSupport, GiTechnique, GiView, SettingsEntry,
-    debug::Painter,
+    GiDebugSettings, GiSettings, GiSettingsRegistry, GiSupport, GiTechnique, GiTechniques, GiView,
+    SettingsEntry, debug::Painter,
 };
 
 /// A part of the panel.
@@ -140,10 +140,10 @@ fn technique(world: &mut World, ui: &mut egui::Ui) {
     let mut technique = settings.technique;
     ui.horizontal_wrapped(|ui| {
         ui.strong("Technique");
-        for choice in GiTechnique::ALL {
-            let reason = support.technique(choice);
+        for choice in world.resource::<GiTechniques>().iter() {
+            let reason = support.technique(choice.technique);
             ui.add_enabled_ui(reason.is_none(), |ui| {
-                let button = ui.selectable_value(&mut technique, choice, choice.title());
+                let button = ui.selectable_value(&mut technique, choice.technique, choice.title);
                 if let Some(reason) = reason {
                     button.on_disabled_hover_text(reason);
                 }
@@ -228,11 +228,12 @@ fn resource(world: &mut World, entry: &SettingsEntry, fold: Fold, search: &str, 
 fn views(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     let mut view = world.resource::<GiDebugSettings>().view;
     let before = view;
-    let cones = world.resource::<GiSettings>().technique == GiTechnique::VoxelConeTracing;
+    let technique = world.resource::<GiSettings>().technique;
+    let own = world.resource::<GiTechniques>().get(technique);
+    let own = own.map_or(&[][..], |entry| entry.views);
     ui.horizontal_wrapped(|ui| {
         for choice in crate::GiView::ALL {
-            // What only voxel cone tracing keeps.
-            let there = choice.painter() != Painter::Technique || cones;
+            let there = choice.painter() != Painter::Technique || own.contains(&choice.name());
             let button = egui::Button::selectable(view == choice, choice.name());
             let button = ui.add_enabled(there, button);
             if button.on_hover_text(choice.legend()).clicked() {

@@ -2,6 +2,8 @@
 
 use bevy::reflect::{PartialReflect, ReflectRef, enums::VariantType};
 
+use crate::GiTechnique;
+
 /// Code that inserts a resource; only fields that differ from the default are named.
 pub(super) fn insert_resource(value: &dyn PartialReflect, default: &dyn PartialReflect) -> String {
     let ReflectRef::Struct(fields) = value.reflect_ref() else {
@@ -45,6 +47,9 @@ fn expression(value: &dyn PartialReflect) -> String {
             x if *x == f32::NEG_INFINITY => "f32::NEG_INFINITY".into(),
             x => format!("{x:?}"),
         };
+    }
+    if let Some(technique) = value.try_downcast_ref::<GiTechnique>() {
+        return format!("GiTechnique::new({technique:?})");
     }
     match value.reflect_ref() {
         ReflectRef::Struct(fields) => {

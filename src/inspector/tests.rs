@@ -18,8 +18,8 @@ use bevy_egui::{EguiPlugin, egui};
 
 use super::{GiInspector, GiInspectorPlugin, Tab, cost, panel};
 use crate::{
-    GiCascades, GiDebugSettings, GiHistory, GiLight, GiQuality, GiSettings, GiSettingsRegistry,
-    GiSupport, GiTechnique, GiView, GiVolume, ProbePin, VoxelConeTracingSettings, wgsl_tests,
+    GiCascades, GiDebugSettings, GiHistory, GiLight, GiSettings, GiSettingsRegistry, GiSupport,
+    GiTechnique, GiTechniques, GiView, GiVolume, ProbePin, wgsl_tests,
 };
 
 /// The panel's contents, with a pointer but without a window.
@@ -199,24 +199,31 @@ fn every_tab_can_be_shown() {
     }
 }
 
+/// The techniques that compute light, with their titles.
+fn techniques(panel: &Panel) -> Vec<(GiTechnique, &'static str)> {
+    let techniques = panel.get::<GiTechniques>().on();
+    techniques
+        .map(|entry| (entry.technique, entry.title))
+        .collect()
+}
+
 #[test]
 fn technique_presets_and_views_are_chosen_by_a_click() {
     let mut panel = Panel::new(Tab::Settings);
     // As with a device that has everything.
     panel.world().insert_resource(GiSupport::default());
-    panel.click(GiTechnique::Off.title());
-    assert_eq!(panel.get::<GiSettings>().technique, GiTechnique::Off);
-    panel.click(GiTechnique::VoxelConeTracing.title());
-    assert_eq!(
-        panel.get::<GiSettings>().technique,
-        GiTechnique::VoxelConeTracing
-    );
-    panel.click("low");
-    let low = VoxelConeTracingSettings::preset(GiQuality::Low);
-    assert_eq!(*panel.get::<VoxelConeTracingSettings>(), low);
-    panel.click("paper");
-    let paper = VoxelConeTracingSettings::paper();
-    assert_eq!(*panel.get::<VoxelConeTracingSettings>(), paper);
+    panel.click("Off");
+    assert_eq!(panel.get::<GiSettings>().technique, GiTechnique::OFF);
+    for (technique, title) in techniques(&panel) {
+        panel.click(title);
+        assert_eq!(panel.get::<GiSettings>().technique, technique);
+        let registry = panel.get::<GiSettingsRegistry>().clone();
+        for preset in ["low", "paper"] {
+            assert!(!registry.has_preset(panel.world(), preset), "{title}");
+            panel.click(preset);
+            assert!(registry.has_preset(panel.world(), preset), "{title}");
+        }
+    }
     panel.click("Views");
     panel.click("voxel-albedo");
     assert_eq!(panel.get::<GiDebugSettings>().view, GiView::VoxelAlbedo);
@@ -226,17 +233,20 @@ fn technique_presets_and_views_are_chosen_by_a_click() {
 #[test]
 fn a_technique_that_cannot_run_is_not_chosen() {
     let mut panel = Panel::new(Tab::Views);
-    let title = GiTechnique::VoxelConeTracing.title();
-    let support = GiSupport::all_but(title, "the toaster is too small");
-    panel.world().insert_resource(support);
-    panel.click(GiTechnique::Off.title());
+    let [(small, title), (other, other_title), ..] = techniques(&panel)[..] else {
+        panic!("there are fewer than two techniques");
+    };
+    let support = GiSupport::default().all_but(small.name(), "the toaster is too small");
+    panel
+        .world()
+        .insert_resource(support.all_but(other.name(), None));
+    panel.click("Off");
     assert!(!panel.text().contains("toaster"));
     assert!(panel.hover(title).contains("toaster"));
     panel.click(title);
-    assert_eq!(panel.get::<GiSettings>().technique, GiTechnique::Off);
-    panel.click(GiTechnique::RadianceHints.title());
-    let hints = GiTechnique::RadianceHints;
-    assert_eq!(panel.get::<GiSettings>().technique, hints);
+    assert_eq!(panel.get::<GiSettings>().technique, GiTechnique::OFF);
+    panel.click(other_title);
+    assert_eq!(panel.get::<GiSettings>().technique, other);
     // Also among the warnings.
     panel.click("Cost");
     assert!(panel.text().contains("toaster"));

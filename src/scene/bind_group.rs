@@ -4,7 +4,7 @@ use bevy::{
     app::{App, Plugin},
     ecs::prelude::*,
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp,
         render_resource::{binding_types::*, *},
         renderer::{RenderDevice, RenderQueue},
     },
@@ -17,21 +17,22 @@ use super::{
     sky::{GpuSky, SceneSky},
     volume::{ExtractedVolume, GpuVolume},
 };
-
-/// Layout of group 1; `bindings.wgsl` is its twin.
-#[derive(Resource)]
-pub(crate) struct SceneLayout {
-    pub layout: BindGroupLayoutDescriptor,
-    sky_sampler: Sampler,
-}
+use crate::schedule::GiPrepare;
 
 /// Group 1, for a volume.
 #[derive(Component)]
 pub struct SceneBindGroup(pub(crate) BindGroup);
 
-/// A number that grows whenever light arrives differently: lights, their shadows, or the sky.
+/// Numbers that grow whenever light arrives differently.
 #[derive(Resource, Default, Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct LightingVersion(pub [u64; 3]);
+pub struct LightingVersion {
+    /// Lights themselves.
+    pub lights: u64,
+    /// Their shadow maps.
+    pub shadows: u64,
+    /// The sky.
+    pub sky: u64,
+}
 
 pub(crate) struct SceneBindGroupPlugin;
 
@@ -44,18 +45,16 @@ impl Plugin for SceneBindGroupPlugin {
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
-        render_app
-            .init_resource::<LightingVersion>()
-            .add_systems(RenderStartup, init_scene_layout)
-            .add_systems(
-                Render,
-                prepare_scene_bind_groups.in_set(RenderSystems::PrepareBindGroups),
-            );
+        render_app.init_resource::<LightingVersion>().add_systems(
+            Render,
+            prepare_scene_bind_groups.in_set(GiPrepare::Bindings),
+        );
     }
 }
 
-pub(crate) fn init_scene_layout(mut commands: Commands, device: Res<RenderDevice>) {
-    let layout = BindGroupLayoutDescriptor::new(
+/// Layout of group 1; `bindings.wgsl` is its twin.
+pub fn scene_layout() -> BindGroupLayoutDescriptor {
+    BindGroupLayoutDescriptor::new(
         "gi/scene",
         &BindGroupLayoutEntries::sequential(
             // Debug views look it up, too.
@@ -71,25 +70,13 @@ pub(crate) fn init_scene_layout(mut commands: Commands, device: Res<RenderDevice
                 sampler(SamplerBindingType::Filtering),
             ),
         ),
-    );
-    let sky_sampler = device.create_sampler(&SamplerDescriptor {
-        label: Some("gi/scene/sky_sampler"),
-        mag_filter: FilterMode::Linear,
-        min_filter: FilterMode::Linear,
-        mipmap_filter: MipmapFilterMode::Linear,
-        ..Default::default()
-    });
-    commands.insert_resource(SceneLayout {
-        layout,
-        sky_sampler,
-    });
+    )
 }
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn prepare_scene_bind_groups(
     mut commands: Commands,
     volumes: Query<(Entity, &ExtractedVolume)>,
-    layout: Option<Res<SceneLayout>>,
     lights: Res<SceneLights>,
     shadows: Res<SceneShadows>,
     sky: Res<SceneSky>,
@@ -98,23 +85,27 @@ fn prepare_scene_bind_groups(
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
-    version.0 = [lights.version, shadows.version, sky.version];
+    *version = LightingVersion {
+        lights: lights.version,
+        shadows: shadows.version,
+        sky: sky.version,
+    };
     let (
-        Some(layout),
         Some(lights),
         Some(shadow_views),
         Some(maps),
         Some(shadow_sampler),
         Some(sky_uniform),
         Some(sky_map),
+        Some(sky_sampler),
     ) = (
-        layout,
         lights.buffer.binding(),
         shadows.views.binding(),
         &shadows.view,
         &shadows.sampler,
         sky.buffer.binding(),
         &sky.view,
+        &sky.sampler,
     )
     else {
         return;
@@ -124,7 +115,7 @@ fn prepare_scene_bind_groups(
         uniform.write_buffer(&device, &queue);
         let bind_group = device.create_bind_group(
             "gi/scene",
-            &cache.get_bind_group_layout(&layout.layout),
+            &cache.get_bind_group_layout(&scene_layout()),
             &BindGroupEntries::sequential((
                 &uniform,
                 lights.clone(),
@@ -133,7 +124,7 @@ fn prepare_scene_bind_groups(
                 shadow_sampler,
                 sky_uniform.clone(),
                 sky_map,
-                &layout.sky_sampler,
+                sky_sampler,
             )),
         );
         commands.entity(entity).insert(SceneBindGroup(bind_group));

@@ -19,7 +19,7 @@ use bevy::{
     },
     reflect::prelude::*,
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
+        Extract, ExtractSchedule, Render, RenderApp,
         render_resource::{ShaderType, StorageBuffer},
         renderer::{RenderDevice, RenderQueue},
     },
@@ -35,6 +35,7 @@ use super::{
 };
 use crate::{
     gpu::statistics::GiStatistics,
+    schedule::GiPrepare,
     settings::{Clamp, Clamped, FieldRange, GiSettings},
 };
 
@@ -239,7 +240,7 @@ impl Plugin for LightsPlugin {
         render_app
             .init_resource::<SceneLights>()
             .add_systems(ExtractSchedule, extract_lights)
-            .add_systems(Render, write_lights.in_set(RenderSystems::PrepareResources));
+            .add_systems(Render, write_lights.in_set(GiPrepare::Scene));
     }
 }
 

@@ -8,7 +8,7 @@ use bevy::{
 
 /// Parts of the capture that are wanted.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct SceneNeeds {
+pub struct SceneNeeds {
     /// [`SceneVoxels`](super::voxels).
     pub voxels: bool,
     /// [`SceneShadows`](super::shadows).
@@ -19,6 +19,8 @@ pub(crate) struct SceneNeeds {
     pub probes: bool,
     /// Most bytes of a probe that anybody keeps in one buffer: so many probes fit into it.
     pub probe_bytes: u32,
+    /// Depth as the primary camera saw it in the frame before.
+    pub camera_depth: bool,
 }
 
 impl SceneNeeds {
@@ -28,6 +30,7 @@ impl SceneNeeds {
         self.shadows |= other.shadows;
         self.rsm |= other.rsm;
         self.probes |= other.probes;
+        self.camera_depth |= other.camera_depth;
         self.probe_bytes = self.probe_bytes.max(other.probe_bytes);
     }
 }

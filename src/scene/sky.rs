@@ -12,7 +12,7 @@ use bevy::{
     light::{AmbientLight, EnvironmentMapLight, GlobalAmbientLight, Skybox},
     math::{Quat, Vec3, Vec4},
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup,
         render_asset::RenderAssets,
         render_resource::*,
         renderer::{RenderDevice, RenderQueue},
@@ -22,6 +22,7 @@ use bevy::{
 
 use crate::{
     camera::GiCamera,
+    schedule::GiPrepare,
     settings::{GiSettings, GiSky},
 };
 
@@ -46,6 +47,8 @@ pub(crate) struct SceneSky {
     /// The map, or a black one; and what identifies it.
     pub view: Option<TextureView>,
     pub buffer: UniformBuffer<GpuSky>,
+    /// Bilinear, between levels too.
+    pub sampler: Option<Sampler>,
     /// Grows whenever the sky changes.
     pub version: u64,
 }
@@ -64,7 +67,7 @@ impl Plugin for SkyPlugin {
             .init_resource::<SceneSky>()
             .add_systems(RenderStartup, init_black_cube)
             .add_systems(ExtractSchedule, extract_sky)
-            .add_systems(Render, prepare_sky.in_set(RenderSystems::PrepareResources));
+            .add_systems(Render, prepare_sky.in_set(GiPrepare::Scene));
     }
 }
 
@@ -160,6 +163,15 @@ fn prepare_sky(
     queue: Res<RenderQueue>,
     mut written: Local<Option<u64>>,
 ) {
+    sky.sampler.get_or_insert_with(|| {
+        device.create_sampler(&SamplerDescriptor {
+            label: Some("gi/scene/sky_sampler"),
+            mag_filter: FilterMode::Linear,
+            min_filter: FilterMode::Linear,
+            mipmap_filter: MipmapFilterMode::Linear,
+            ..Default::default()
+        })
+    });
     let image = sky.map.and_then(|id| images.get(id)).filter(|image| {
         image
             .texture_view_descriptor

@@ -32,7 +32,7 @@ use bevy::{
     app::{App, Plugin},
     ecs::prelude::*,
     math::Vec3,
-    render::{Render, RenderApp, RenderSystems, camera::ExtractedCamera},
+    render::{Render, RenderApp, camera::ExtractedCamera},
 };
 
 use super::{
@@ -41,7 +41,7 @@ use super::{
     volume::{ExtractedVolume, Grid},
     voxels::SceneVoxels,
 };
-use crate::camera::ExtractedGiCamera;
+use crate::{camera::ExtractedGiCamera, schedule::GiPrepare};
 
 /// Stops by which light changes before its unit does.
 const SLACK: f32 = 3.0;
@@ -60,7 +60,7 @@ const OVEREXPOSED: f32 = 1e-4;
 
 /// Nits of a unit of stored light, in both worlds. See the [module](self).
 #[derive(Resource, Clone, Default)]
-pub(crate) struct LightUnits(Arc<[Exponent; 2]>);
+pub struct LightUnits(Arc<[Exponent; 2]>);
 
 /// The exponent of a power of two, once it is known.
 struct Exponent(AtomicI32);
@@ -162,7 +162,7 @@ impl Plugin for UnitsPlugin {
         };
         render_app
             .insert_resource(units)
-            .add_systems(Render, follow_light.in_set(RenderSystems::PrepareResources));
+            .add_systems(Render, follow_light.in_set(GiPrepare::Scene));
     }
 }
 

@@ -3,7 +3,7 @@
 use bevy::{color::LinearRgba, log::warn, math::Vec3};
 
 /// A type whose fields have ranges.
-pub(crate) trait Clamped {
+pub trait Clamped {
     /// Brings every field into its range, through `clamp`.
     fn clamp(&mut self, clamp: &mut Clamp);
 }
@@ -23,13 +23,13 @@ pub struct FieldRange {
 
 impl FieldRange {
     /// States the unit.
-    pub(crate) fn unit(&mut self, unit: &'static str) {
+    pub fn unit(&mut self, unit: &'static str) {
         self.unit = unit;
     }
 }
 
 /// Brings values into their ranges, and remembers the ranges and what it had to change.
-pub(crate) struct Clamp {
+pub struct Clamp {
     owner: &'static str,
     /// A sentence for each field that was out of range.
     pub changes: Vec<String>,

@@ -1,8 +1,10 @@
 //! [`GiSettings`]: what holds for every technique, and its presets. Ranges of settings are in
-//! `clamp.rs`, the list of all settings resources in `registry.rs`.
+//! `clamp.rs`, the list of all settings resources in `registry.rs`, that of
+//! all techniques in `techniques.rs`.
 
 mod clamp;
 mod registry;
+mod techniques;
 
 use bevy::{
     app::{App, Plugin},
@@ -13,71 +15,11 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::gpu::caps::GiSupport;
-
-pub use clamp::FieldRange;
-pub(crate) use clamp::{Clamp, Clamped};
+pub use clamp::{Clamp, Clamped, FieldRange};
+pub use registry::SettingsResource;
+pub(crate) use registry::SettingsResourcePlugin;
 pub use registry::{GiSettingsRegistry, SettingsEntry, SettingsValues};
-pub(crate) use registry::{SettingsResource, SettingsResourcePlugin};
-
-/// Which technique computes the indirect light.
-#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
-pub enum GiTechnique {
-    /// No indirect light. The camera renders as if the plugin were absent.
-    Off,
-    /// Voxel cone tracing, see [`technique::vct`](crate::technique::vct): for reflections in what is polished.
-    VoxelConeTracing,
-    /// Radiance hints, see [`technique::hints`](crate::technique::hints): the default.
-    #[default]
-    RadianceHints,
-}
-
-impl GiTechnique {
-    /// Every technique, in the order in which keys and lists show them.
-    pub const ALL: [Self; 3] = [Self::Off, Self::VoxelConeTracing, Self::RadianceHints];
-
-    /// Short name, as used by the viewer's `--technique` and in diagnostics paths.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::VoxelConeTracing => "vct",
-            Self::RadianceHints => "hints",
-        }
-    }
-
-    /// The technique's name as a title.
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::Off => "Off",
-            Self::VoxelConeTracing => "Voxel cone tracing",
-            Self::RadianceHints => "Radiance hints",
-        }
-    }
-
-    /// The technique of that [`name`](Self::name).
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|t| t.name() == name)
-    }
-}
-
-impl GiSupport {
-    /// One sentence where this technique cannot run: what is missing; `None` where it can.
-    pub fn technique(&self, technique: GiTechnique) -> Option<&str> {
-        match technique {
-            GiTechnique::Off => None,
-            _ => self.reason_of(technique.title()),
-        }
-    }
-
-    /// What a camera with this technique shows: that, or [`GiTechnique::Off`] where it cannot run.
-    pub fn in_force(&self, technique: GiTechnique) -> GiTechnique {
-        match self.technique(technique) {
-            Some(_) => GiTechnique::Off,
-            None => technique,
-        }
-    }
-}
+pub use techniques::{GiTechnique, GiTechniques, TechniqueEntry};
 
 /// Resolution at which indirect light is gathered, relative to the camera's.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -185,8 +127,7 @@ impl GiQuality {
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GiSettings {
-    /// The technique of every [`GiCamera`](crate::GiCamera) that names none itself. Default
-    /// [`GiTechnique::RadianceHints`].
+    /// The technique of every [`GiCamera`](crate::GiCamera) that names none itself. Default "hints".
     pub technique: GiTechnique,
     /// Factor on the indirect light that is added to the picture. 1 is physical. Range 0..=16,
     /// default 1. Does not change the bounces themselves, so it cannot run away. No cost.
@@ -243,7 +184,7 @@ pub struct GiSettings {
 impl Default for GiSettings {
     fn default() -> Self {
         Self {
-            technique: GiTechnique::RadianceHints,
+            technique: GiTechnique::default(),
             indirect_strength: 1.0,
             gather_resolution: GatherResolution::Quarter,
             history_frames: 64,
@@ -338,8 +279,6 @@ impl Clamped for GiSettings {
 }
 
 impl SettingsResource for GiSettings {
-    const TECHNIQUE: Option<GiTechnique> = None;
-
     fn presets() -> Vec<(&'static str, Self)> {
         GiQuality::named(Self::preset, Self::paper())
     }

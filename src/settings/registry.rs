@@ -22,7 +22,7 @@ use super::{Clamp, Clamped, FieldRange, GiSettings, GiTechnique};
 use crate::gpu::statistics::GiStatistics;
 
 /// A settings resource: all parameters of one part of the crate.
-pub(crate) trait SettingsResource:
+pub trait SettingsResource:
     Resource<Mutability = Mutable>
     + ExtractResource<Source = Self>
     + Clamped
@@ -31,11 +31,10 @@ pub(crate) trait SettingsResource:
     + Default
     + Clone
 {
-    /// The technique that it is for; `None`: for all.
-    const TECHNIQUE: Option<GiTechnique>;
-
-    /// Named values.
-    fn presets() -> Vec<(&'static str, Self)>;
+    /// Named values. Default: none.
+    fn presets() -> Vec<(&'static str, Self)> {
+        Vec::new()
+    }
 }
 
 /// All settings resources: [`GiSettings`](super::GiSettings), one of each technique, and whatever an
@@ -263,11 +262,27 @@ impl<'de> Visitor<'de> for Values<'_> {
 }
 
 /// Lists a settings resource, clamps it whenever it changes, and sends it to the render world.
-pub(crate) struct SettingsResourcePlugin<T>(PhantomData<T>);
+pub(crate) struct SettingsResourcePlugin<T> {
+    technique: Option<GiTechnique>,
+    marker: PhantomData<T>,
+}
+
+impl<T> SettingsResourcePlugin<T> {
+    /// For one technique.
+    pub fn of(technique: GiTechnique) -> Self {
+        Self {
+            technique: Some(technique),
+            ..Self::default()
+        }
+    }
+}
 
 impl<T> Default for SettingsResourcePlugin<T> {
     fn default() -> Self {
-        Self(PhantomData)
+        Self {
+            technique: None,
+            marker: PhantomData,
+        }
     }
 }
 
@@ -275,7 +290,7 @@ impl<T: SettingsResource> Plugin for SettingsResourcePlugin<T> {
     fn build(&self, app: &mut App) {
         let presets = T::presets().into_iter();
         let entry = SettingsEntry {
-            technique: T::TECHNIQUE,
+            technique: self.technique,
             ranges: Clamp::ranges::<T>(),
             presets: presets
                 .map(|(name, value)| (name, Arc::new(value) as Arc<dyn Reflect>))

@@ -8,7 +8,7 @@ use bevy::{
     ecs::prelude::*,
     math::{Mat4, UVec2, UVec3},
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp, RenderStartup,
         camera::ExtractedCamera,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, ViewQuery},
@@ -17,7 +17,7 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use super::{SurfaceLayout, ViewSurface, init_surface_layout, prepare_surfaces};
+use super::{ViewSurface, surface_layout};
 use crate::{
     camera::ExtractedGiCamera,
     gpu::{
@@ -25,7 +25,8 @@ use crate::{
         compute::{ComputePass, Recorder, groups},
         statistics::{GiStatistics, Tracked},
     },
-    schedule::GiSystems,
+    scene::needs::SceneNeeds,
+    schedule::{GiPrepare, GiSystems},
 };
 
 /// Pixels of the camera along each axis that share a texel.
@@ -36,7 +37,7 @@ const WORDS: u64 = 20;
 /// What the first GI camera saw.
 #[derive(Resource)]
 pub(crate) struct CameraDepth {
-    /// Whether anybody reads it: set by those who do, in each frame.
+    /// Whether anybody reads it in this frame.
     pub wanted: bool,
     /// That camera, as it looks now.
     pub clip_from_world: Option<Mat4>,
@@ -61,20 +62,12 @@ impl Plugin for CameraDepthPlugin {
             return;
         };
         render_app
-            .add_systems(
-                RenderStartup,
-                init.after(init_surface_layout).run_if(supported),
-            )
+            .add_systems(RenderStartup, init.run_if(supported))
             .add_systems(
                 Render,
                 (
-                    choose_camera
-                        .in_set(RenderSystems::PrepareResources)
-                        .run_if(supported),
-                    prepare
-                        .in_set(RenderSystems::PrepareBindGroups)
-                        .after(prepare_surfaces)
-                        .run_if(supported),
+                    choose_camera.in_set(GiPrepare::Scene).run_if(supported),
+                    prepare.in_set(GiPrepare::Views).run_if(supported),
                 ),
             )
             .add_systems(Core3d, keep_depth.in_set(GiSystems::Gather));
@@ -104,7 +97,6 @@ fn texture(size: UVec2, device: &RenderDevice, statistics: &GiStatistics) -> Tra
 fn init(
     mut commands: Commands,
     server: Res<AssetServer>,
-    surface: Res<SurfaceLayout>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     statistics: Res<GiStatistics>,
@@ -135,7 +127,7 @@ fn init(
         pass: ComputePass::new(
             &cache,
             "gi/surface/keep_depth",
-            &[&surface.0, &layout],
+            &[&surface_layout(), &layout],
             load_embedded_asset!(server.as_ref(), "depth.wgsl"),
             "keep_depth",
             Vec::new(),
@@ -149,9 +141,11 @@ type FirstCamera<'a> = (Entity, &'a ExtractedCamera, &'a ExtractedView);
 
 fn choose_camera(
     depth: Option<ResMut<CameraDepth>>,
+    needs: Res<SceneNeeds>,
     cameras: Query<FirstCamera, With<ExtractedGiCamera>>,
 ) {
     let Some(mut depth) = depth else { return };
+    depth.wanted = needs.camera_depth;
     let first = cameras
         .iter()
         .min_by_key(|(entity, camera, _)| (camera.order, *entity));

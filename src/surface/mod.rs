@@ -10,7 +10,7 @@ use bevy::{
     ecs::prelude::*,
     math::UVec2,
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp,
         camera::ExtractedCamera,
         render_resource::{binding_types::*, *},
         renderer::RenderDevice,
@@ -19,11 +19,9 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use crate::{camera::ExtractedGiCamera, gpu::caps::supported, settings::GiTechnique};
-
-/// Layout of group 0; `surface.wgsl` is its twin.
-#[derive(Resource)]
-pub(crate) struct SurfaceLayout(pub BindGroupLayoutDescriptor);
+use crate::{
+    camera::ExtractedGiCamera, gpu::caps::supported, schedule::GiPrepare, settings::GiTechnique,
+};
 
 /// Group 0 of a camera that shows global illumination this frame.
 #[derive(Component)]
@@ -43,19 +41,18 @@ impl Plugin for SurfacePlugin {
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
-        render_app
-            .add_systems(RenderStartup, init_surface_layout)
-            .add_systems(
-                Render,
-                prepare_surfaces
-                    .in_set(RenderSystems::PrepareBindGroups)
-                    .run_if(supported),
-            );
+        render_app.add_systems(
+            Render,
+            prepare_surfaces
+                .in_set(GiPrepare::Bindings)
+                .run_if(supported),
+        );
     }
 }
 
-pub(crate) fn init_surface_layout(mut commands: Commands) {
-    commands.insert_resource(SurfaceLayout(BindGroupLayoutDescriptor::new(
+/// Layout of group 0; `surface.wgsl` is its twin.
+pub(crate) fn surface_layout() -> BindGroupLayoutDescriptor {
+    BindGroupLayoutDescriptor::new(
         "gi/surface",
         &BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE | ShaderStages::VERTEX_FRAGMENT,
@@ -66,7 +63,7 @@ pub(crate) fn init_surface_layout(mut commands: Commands) {
                 texture_2d(TextureSampleType::Float { filterable: false }),
             ),
         ),
-    )));
+    )
 }
 
 /// Cameras that showed global illumination and do not any more.
@@ -84,7 +81,6 @@ pub(crate) fn prepare_surfaces(
         Option<&ViewPrepassTextures>,
     )>,
     left: Query<Entity, SwitchedOff>,
-    layout: Option<Res<SurfaceLayout>>,
     uniforms: Res<ViewUniforms>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
@@ -93,7 +89,7 @@ pub(crate) fn prepare_surfaces(
     for entity in &left {
         commands.entity(entity).remove::<ViewSurface>();
     }
-    let (Some(layout), Some(uniforms)) = (layout, uniforms.uniforms.binding()) else {
+    let Some(uniforms) = uniforms.uniforms.binding() else {
         return;
     };
     for (entity, gi, camera, textures) in &views {
@@ -111,13 +107,13 @@ pub(crate) fn prepare_surfaces(
             commands.entity(entity).remove::<ViewSurface>();
             continue;
         };
-        if technique == GiTechnique::Off {
+        if technique.is_off() {
             commands.entity(entity).remove::<ViewSurface>();
             continue;
         }
         let bind_group = device.create_bind_group(
             "gi/surface",
-            &cache.get_bind_group_layout(&layout.0),
+            &cache.get_bind_group_layout(&surface_layout()),
             &BindGroupEntries::sequential((uniforms.clone(), depth, deferred, motion)),
         );
         commands.entity(entity).insert(ViewSurface {

@@ -83,7 +83,7 @@ fn a_bulb_lets_its_light_through() {
 /// What casts no shadow lets the light through, however large it is.
 #[test]
 fn a_shade_without_shadow_lets_its_light_through() {
-    let (mut headless, target) = lit_room(GiTechnique::RadianceHints, 0.1);
+    let (mut headless, target) = lit_room(GiTechnique::of::<RadianceHints>(), 0.1);
     settle(&mut headless, 24);
     let without = mean(&headless.picture(&target));
     let shade = sphere(&mut headless, 0.2, true);
@@ -103,7 +103,7 @@ fn a_shade_without_shadow_lets_its_light_through() {
 /// with both: `docs/known_errors.md`.)
 #[test]
 fn a_closed_lantern_keeps_the_light_in() {
-    let (mut headless, target) = lit_room(GiTechnique::RadianceHints, 0.1);
+    let (mut headless, target) = lit_room(GiTechnique::of::<RadianceHints>(), 0.1);
     settle(&mut headless, 24);
     let without = mean(&headless.picture(&target));
     let walls = material(&mut headless, diffuse([0.8; 3]));

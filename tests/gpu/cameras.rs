@@ -88,7 +88,7 @@ fn a_scene_of_any_size_looks_the_same() {
 /// A camera in a scaled hierarchy, as glTF files bring it, measures depth in other units than metres.
 #[test]
 fn the_scale_of_a_camera_is_not_seen() {
-    let mut headless = open_room(GiTechnique::VoxelConeTracing, 1.0);
+    let mut headless = open_room(GiTechnique::of::<VoxelConeTracing>(), 1.0);
     let (camera, target) = camera(&mut headless, SIZE, EYE, LOOK, 40.0);
     let usual = settled(&mut headless, &target);
     for scale in [0.002, 500.0] {
@@ -108,7 +108,7 @@ fn the_scale_of_a_camera_is_not_seen() {
 /// it is orthographic.
 #[test]
 fn distance_and_lens_do_not_matter() {
-    let mut headless = open_room(GiTechnique::RadianceHints, 1.0);
+    let mut headless = open_room(GiTechnique::of::<RadianceHints>(), 1.0);
     let height = 2.4f32;
     let at = |distance: f32| LOOK + Vec3::new(0.05, 0.08, 1.0).normalize() * distance;
     let (camera, target) = camera(&mut headless, SIZE, at(10.0), LOOK, 40.0);
@@ -174,7 +174,7 @@ fn split(headless: &mut Headless, first: Entity) -> Entity {
 #[test]
 fn halves_of_a_screen_are_lit_alike() {
     for ssao in [false, true] {
-        let mut headless = open_room(GiTechnique::VoxelConeTracing, 1.0);
+        let mut headless = open_room(GiTechnique::of::<VoxelConeTracing>(), 1.0);
         let (alone, target) = camera(&mut headless, SIZE, EYE, LOOK, 40.0);
         let occlusion = ScreenSpaceAmbientOcclusion::default();
         if ssao {
@@ -213,7 +213,7 @@ fn cameras_have_techniques_of_their_own() {
         let (_, target) = camera(&mut headless, SIZE, EYE, LOOK, 40.0);
         settled(&mut headless, &target)
     });
-    let mut headless = open_room(GiTechnique::Off, 1.0);
+    let mut headless = open_room(GiTechnique::OFF, 1.0);
     let wide = UVec2::new(2 * SIZE.x, SIZE.y);
     let (left, target) = camera(&mut headless, wide, EYE, LOOK, 40.0);
     let right = split(&mut headless, left);
@@ -232,7 +232,7 @@ fn cameras_have_techniques_of_their_own() {
 /// What a camera above the GI camera draws is over its picture, whatever its format.
 #[test]
 fn a_camera_above_leaves_the_picture_below() {
-    let mut headless = open_room(GiTechnique::RadianceHints, 1.0);
+    let mut headless = open_room(GiTechnique::of::<RadianceHints>(), 1.0);
     let (_, target) = camera(&mut headless, SIZE, EYE, LOOK, 40.0);
     let below = settled(&mut headless, &target);
     let over = |order| Camera {
@@ -292,7 +292,7 @@ fn a_camera_above_leaves_the_picture_below() {
 /// Targets of any size and format, viewports of one pixel, cameras that go and come back.
 #[test]
 fn targets_change_and_cameras_come_and_go() {
-    let mut headless = open_room(GiTechnique::VoxelConeTracing, 1.0);
+    let mut headless = open_room(GiTechnique::of::<VoxelConeTracing>(), 1.0);
     let watch = camera;
     let (camera, target) = watch(&mut headless, SIZE, EYE, LOOK, 40.0);
     let usual = settled(&mut headless, &target);

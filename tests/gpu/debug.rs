@@ -146,8 +146,8 @@ fn voxels_are_shown_with_any_technique() {
             debug.view = GiView::VoxelAlbedo
         })
     };
-    let with_cones = shown(GiTechnique::VoxelConeTracing);
-    let with_hints = shown(GiTechnique::RadianceHints);
+    let with_cones = shown(GiTechnique::of::<VoxelConeTracing>());
+    let with_hints = shown(GiTechnique::of::<RadianceHints>());
     assert!(center(&with_hints).x > 0.4, "{}", center(&with_hints));
     assert_eq!(with_cones.pixels, with_hints.pixels);
 }
@@ -204,7 +204,7 @@ fn probes_and_volumes_are_drawn_into_the_picture() {
 #[test]
 fn hints_show_what_they_are_made_of() {
     let (mut headless, target) = scene();
-    choose(&mut headless, GiTechnique::RadianceHints);
+    choose(&mut headless, GiTechnique::of::<RadianceHints>());
     settle(&mut headless, 24);
     let plain = show(&mut headless, &target, |_| {});
     // Brightness of the pixels that differ from the picture without, and how many those are.

@@ -49,7 +49,7 @@ fn check(
     views: &[(Vec3, Vec3, f32)],
     most: f32,
 ) {
-    choose(&mut headless, GiTechnique::RadianceHints);
+    choose(&mut headless, GiTechnique::of::<RadianceHints>());
     show(&mut headless, GiView::Indirect);
     let [min, max] = bounds;
     headless

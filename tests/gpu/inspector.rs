@@ -40,7 +40,7 @@ fn open(size: UVec2) -> (Headless, Entity, Handle<Image>) {
         ))
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(GiSettings {
-            technique: GiTechnique::VoxelConeTracing,
+            technique: GiTechnique::of::<VoxelConeTracing>(),
             sky: GiSky::Black,
             ..default()
         });
@@ -168,7 +168,7 @@ fn on_screen(headless: &Headless, camera: Entity, point: Vec3) -> Vec2 {
 fn handles_in_the_viewport_move_and_resize_a_volume() {
     let (mut headless, camera, _) = open(UVec2::new(1280, 800));
     let world = headless.app.world_mut();
-    world.resource_mut::<GiSettings>().technique = GiTechnique::Off;
+    world.resource_mut::<GiSettings>().technique = GiTechnique::OFF;
     let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
     let volume = volumes.single(world).expect("the scene has a volume");
     world.resource_mut::<GiInspector>().selected = Some(volume);

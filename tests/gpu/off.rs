@@ -54,7 +54,7 @@ fn a_camera_without_the_component_is_untouched() {
     assert_eq!(different, 0, "values of {} that differ", with.len());
 }
 
-/// Ambient light that a camera's own GI stood in for comes back with `GiTechnique::Off`.
+/// Ambient light that a camera's own GI stood in for comes back with `GiTechnique::OFF`.
 #[test]
 fn switching_off_gives_the_ambient_light_back() {
     let [switched, never_on] = [true, false].map(|on_first| {
@@ -63,7 +63,7 @@ fn switching_off_gives_the_ambient_light_back() {
             let mut settings = app.world_mut().resource_mut::<GiSettings>();
             settings.replace_ambient = true;
             if !on_first {
-                settings.technique = GiTechnique::Off;
+                settings.technique = GiTechnique::OFF;
             }
         });
         spawn_cornell(&mut headless);
@@ -80,7 +80,7 @@ fn switching_off_gives_the_ambient_light_back() {
         ));
         assert!(headless.wait_until(|_| true));
         let world = headless.app.world_mut();
-        world.resource_mut::<GiSettings>().technique = GiTechnique::Off;
+        world.resource_mut::<GiSettings>().technique = GiTechnique::OFF;
         headless.steps(4);
         headless.picture(&target).pixels
     });
@@ -103,7 +103,7 @@ fn a_camera_that_is_off_is_untouched() {
         });
     });
     let off = render(true, |camera| {
-        camera.insert(GiCamera::with_technique(GiTechnique::Off));
+        camera.insert(GiCamera::with_technique(GiTechnique::OFF));
     });
     assert!(bare == off);
 }

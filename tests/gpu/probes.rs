@@ -138,7 +138,7 @@ fn a_moving_volume_keeps_its_light() {
 #[test]
 fn cascades_blend_into_each_other() {
     let mut headless = app();
-    choose(&mut headless, GiTechnique::RadianceHints);
+    choose(&mut headless, GiTechnique::of::<RadianceHints>());
     headless.app.world_mut().resource_mut::<GiSettings>().sky =
         GiSky::Constant(LinearRgba::rgb(1.0, 1.0, 1.0));
     let white = material(&mut headless, diffuse([0.5; 3]));

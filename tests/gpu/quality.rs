@@ -4,7 +4,7 @@ use bevy_gi::GiTechnique;
 
 use crate::common::{
     figures::{Errors, blocks},
-    options::SettingsOptions,
+    options::{SettingsOptions, chosen_techniques},
     quality::{self, Effort},
     scenes::{self, Scene},
 };
@@ -16,9 +16,9 @@ fn errors(scene: &Scene, effort: &Effort) -> Vec<(GiTechnique, Errors)> {
     let truth = quality::truth(&mut studio, effort.paths, &quality::cache_folder());
     let truth = truth.expect("the truth can be traced");
     let truth_blocks = blocks(&truth.pictures.indirect);
-    let techniques = GiTechnique::ALL.into_iter();
+    let techniques = chosen_techniques(studio.world(), &[]).expect("all are there");
     techniques
-        .filter(|technique| *technique != GiTechnique::Off)
+        .into_iter()
         .map(|technique| {
             quality::choose(&mut studio, technique);
             let pictures = quality::shoot(&mut studio, effort);

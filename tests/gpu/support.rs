@@ -38,7 +38,10 @@ use crate::common::{
 pub const UNIT_EV100: f32 = -0.263_034;
 
 /// Every technique that computes light.
-pub const BOTH: [GiTechnique; 2] = [GiTechnique::VoxelConeTracing, GiTechnique::RadianceHints];
+pub const BOTH: [GiTechnique; 2] = [
+    GiTechnique::of::<VoxelConeTracing>(),
+    GiTechnique::of::<RadianceHints>(),
+];
 
 /// A headless app with the plugin, no ambient light, and emission in nits; with voxel cone tracing, unless a test
 /// chooses another technique.
@@ -53,7 +56,7 @@ pub fn app_on(device: WgpuSettings) -> Headless {
             .insert_resource(ClearColor(Color::BLACK))
             .insert_resource(GlobalAmbientLight::NONE)
             .insert_resource(GiSettings {
-                technique: GiTechnique::VoxelConeTracing,
+                technique: GiTechnique::of::<VoxelConeTracing>(),
                 replace_ambient: true,
                 sky: GiSky::Black,
                 emissive_units: bevy_gi::EmissiveUnits::Nits,
@@ -127,7 +130,7 @@ pub fn room(
 /// A room of 4 m with a lamp and a volume in it, whose irradiance is seen from inside; with radiance hints.
 pub fn lit_room(albedo: [f32; 3], volume: impl Bundle) -> (Headless, Entity, Handle<Image>) {
     let mut headless = app();
-    choose(&mut headless, GiTechnique::RadianceHints);
+    choose(&mut headless, GiTechnique::of::<RadianceHints>());
     let walls = material(&mut headless, diffuse(albedo));
     let half = Vec3::splat(2.0);
     room(&mut headless, -half, half, 0.3, &walls);

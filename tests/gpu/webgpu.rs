@@ -96,7 +96,7 @@ fn pictures_are_the_same_with_what_webgpu_guarantees() {
 /// what they did.
 #[test]
 fn a_technique_that_lacks_something_renders_as_off() {
-    let vct = GiTechnique::VoxelConeTracing;
+    let vct = GiTechnique::of::<VoxelConeTracing>();
     let device = || WgpuSettings {
         // Cells of the largest volume would not fit.
         constrained_limits: Some(WgpuLimits {
@@ -108,9 +108,9 @@ fn a_technique_that_lacks_something_renders_as_off() {
     let (picture, why) = render(device(), vct);
     let why = why.expect("it is too small");
     assert!(why.contains("Voxel cone tracing is off"), "{why}");
-    let (off, _) = render(device(), GiTechnique::Off);
+    let (off, _) = render(device(), GiTechnique::OFF);
     assert!(picture.pixels == off.pixels);
-    let (hints, why) = render(device(), GiTechnique::RadianceHints);
+    let (hints, why) = render(device(), GiTechnique::of::<RadianceHints>());
     assert_eq!(why, None);
     let added = difference(&hints, &off);
     assert!(added > 0.2, "{added}");

@@ -36,7 +36,7 @@ const EYE: f32 = 6.0;
 /// wanted: voxels and shadow maps by the technique, reflective shadow maps as they are shown.
 fn volume() -> (Headless, Entity) {
     let mut headless = app();
-    choose(&mut headless, GiTechnique::VoxelConeTracing);
+    choose(&mut headless, GiTechnique::of::<VoxelConeTracing>());
     let world = headless.app.world_mut();
     world.resource_mut::<GiDebugSettings>().show_vpls = true;
     world.spawn(GiVolume::new(Vec3::splat(3.2)).with_resolution(32));

@@ -14,7 +14,7 @@ pub const SCENE: Scene = Scene {
     content: Content::Built(spawn),
     view,
     // Hints know no reflections in what is polished.
-    technique: Some(GiTechnique::VoxelConeTracing),
+    technique: Some(GiTechnique::new("vct")),
     quick: true,
     ..Scene::PLAIN
 };

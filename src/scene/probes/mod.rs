@@ -27,8 +27,8 @@ mod set;
 mod types;
 
 pub(crate) use node::{cache_entries, shader_defs};
+pub(crate) use prepare::LookAgain;
 pub use prepare::SceneProbes;
-pub(crate) use prepare::{LookAgain, prepare_probes};
 pub(crate) use set::MAX_PROBES;
 pub use set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
 pub(crate) use types::GpuProbes;
@@ -37,14 +37,15 @@ use bevy::{
     app::{App, Plugin, PostUpdate},
     asset::embedded_asset,
     ecs::prelude::*,
-    render::{
-        ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems, renderer::RenderGraph,
-    },
+    render::{ExtractSchedule, Render, RenderApp, RenderStartup, renderer::RenderGraph},
     shader::load_shader_library,
 };
 
 use super::voxels::voxelize;
-use crate::{gpu::caps::supported, schedule::GiSystems};
+use crate::{
+    gpu::caps::supported,
+    schedule::{GiPrepare, GiSystems},
+};
 
 pub(crate) struct ProbesPlugin;
 
@@ -65,7 +66,7 @@ impl Plugin for ProbesPlugin {
             .add_systems(
                 Render,
                 prepare::prepare_probes
-                    .in_set(RenderSystems::PrepareBindGroups)
+                    .in_set(GiPrepare::Probes)
                     .run_if(supported),
             )
             .add_systems(

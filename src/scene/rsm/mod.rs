@@ -45,25 +45,24 @@ mod types;
 
 pub(crate) use node::{rsm_layout, shader_defs};
 pub use prepare::SceneRsm;
-pub(crate) use prepare::prepare_bind_groups;
 
 use bevy::{
     app::{App, Plugin},
     asset::embedded_asset,
     ecs::prelude::*,
     pbr::DrawPrepass,
-    render::{
-        ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems, renderer::RenderGraph,
-    },
+    render::{ExtractSchedule, Render, RenderApp, RenderStartup, renderer::RenderGraph},
     shader::load_shader_library,
 };
 
 use super::{
-    bind_group::init_scene_layout,
     capture::{CaptureKindPlugin, preprocess_captures},
     lights::extract_lights,
 };
-use crate::{gpu::caps::supported, schedule::GiSystems};
+use crate::{
+    gpu::caps::supported,
+    schedule::{GiPrepare, GiSystems},
+};
 
 pub(crate) struct RsmPlugin;
 
@@ -80,10 +79,7 @@ impl Plugin for RsmPlugin {
         };
         render_app
             .init_resource::<SceneRsm>()
-            .add_systems(
-                RenderStartup,
-                node::init_rsm.after(init_scene_layout).run_if(supported),
-            )
+            .add_systems(RenderStartup, node::init_rsm.run_if(supported))
             .add_systems(
                 ExtractSchedule,
                 capture::extract_rsm_views
@@ -93,8 +89,8 @@ impl Plugin for RsmPlugin {
             .add_systems(
                 Render,
                 (
-                    prepare::prepare_maps.in_set(RenderSystems::PrepareResources),
-                    prepare::prepare_bind_groups.in_set(RenderSystems::PrepareBindGroups),
+                    prepare::prepare_maps.in_set(GiPrepare::Scene),
+                    prepare::prepare_bind_groups.in_set(GiPrepare::Bindings),
                 )
                     .run_if(supported),
             )

@@ -49,10 +49,6 @@ impl RsmPipelines {
     }
 }
 
-/// Group 3 of whoever reads the maps; `lookup.wgsl` is its twin.
-#[derive(Resource)]
-pub(crate) struct RsmLayout(pub BindGroupLayoutDescriptor);
-
 /// Constants of the shaders.
 pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
     let mut defs = Vec::from(lights::shader_defs());
@@ -63,7 +59,7 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
     defs
 }
 
-/// The layout of [`RsmLayout`].
+/// Layout of group 3 of whoever reads the maps; `lookup.wgsl` is its twin.
 pub(crate) fn rsm_layout() -> BindGroupLayoutDescriptor {
     let read = || storage_buffer_read_only_sized(false, None);
     BindGroupLayoutDescriptor::new(
@@ -163,7 +159,6 @@ pub(crate) fn init_rsm(
         sum_layout,
         vpls_layout,
     });
-    commands.insert_resource(RsmLayout(rsm_layout()));
 }
 
 /// Draws the maps whose turn it is, and chooses virtual point lights from all of them.

@@ -15,7 +15,7 @@ use bevy::{
 
 use super::{
     capture::RsmCapture,
-    node::{RsmLayout, RsmPipelines},
+    node::{RsmPipelines, rsm_layout},
     types::{GpuRsmMap, GpuRsmMaps, GpuRsmResolve, GpuVpl, GpuVpls},
 };
 use crate::{
@@ -344,16 +344,14 @@ pub(super) fn prepare_maps(
 pub(crate) fn prepare_bind_groups(
     mut rsm: ResMut<SceneRsm>,
     pipelines: Option<Res<RsmPipelines>>,
-    layout: Option<Res<RsmLayout>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
     let rsm = &mut *rsm;
     rsm.job = None;
-    let (Some(pipelines), Some(layout), Some(textures), Some(maps), Some(weights)) = (
+    let (Some(pipelines), Some(textures), Some(maps), Some(weights)) = (
         pipelines,
-        layout,
         &rsm.textures,
         rsm.gpu.binding(),
         rsm.weights.binding(),
@@ -367,7 +365,7 @@ pub(crate) fn prepare_bind_groups(
     let all_flux = array_view(&textures.flux, 0, None);
     rsm.bind_group = Some(device.create_bind_group(
         "gi/scene/rsm",
-        &cache.get_bind_group_layout(&layout.0),
+        &cache.get_bind_group_layout(&rsm_layout()),
         &BindGroupEntries::sequential((
             maps.clone(),
             &all_texels,

@@ -21,7 +21,7 @@ use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{DrawDepthOnlyPrepass, DrawPrepass, MeshPipelineKey},
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup,
         batching::gpu_preprocessing::GpuPreprocessingSupport,
         diagnostic::RecordDiagnostics,
         render_phase::{AddRenderCommand, DrawFunctions},
@@ -50,7 +50,7 @@ use crate::{
         caps::supported,
         statistics::{GiStatistics, Tracked},
     },
-    schedule::GiSystems,
+    schedule::{GiPrepare, GiSystems},
     settings::GiSettings,
 };
 
@@ -180,7 +180,7 @@ impl Plugin for ShadowsPlugin {
             .add_systems(
                 Render,
                 prepare_shadows
-                    .in_set(RenderSystems::PrepareResources)
+                    .in_set(GiPrepare::Scene)
                     .before(super::lights::write_lights),
             )
             .add_systems(

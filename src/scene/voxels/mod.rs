@@ -60,7 +60,10 @@ use bevy::{
 };
 
 use super::capture::{CaptureKindPlugin, preprocess_captures};
-use crate::{gpu::caps::supported, schedule::GiSystems};
+use crate::{
+    gpu::caps::supported,
+    schedule::{GiPrepare, GiSystems},
+};
 
 pub(crate) struct VoxelsPlugin;
 
@@ -87,7 +90,7 @@ impl Plugin for VoxelsPlugin {
             .add_systems(
                 Render,
                 prepare::prepare_voxels
-                    .in_set(RenderSystems::PrepareResources)
+                    .in_set(GiPrepare::Scene)
                     .run_if(supported),
             )
             .add_systems(Render, prepare::read_counts.in_set(RenderSystems::Cleanup))

@@ -6,16 +6,16 @@ use bevy::{
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     math::UVec3,
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
         renderer::{RenderDevice, RenderQueue},
     },
 };
 
 use super::{
-    RadianceHints,
-    node::{cache_layout, shader_defs},
-    prepare::{HintsCache, prepare_hints},
+    cache::HintsCache,
+    pipelines::{cache_layout, shader_defs},
+    settings::RadianceHints,
     types::{GpuHintsView, GpuPicked, slots_of},
 };
 use crate::{
@@ -26,12 +26,13 @@ use crate::{
     },
     gpu::compute::ComputePass,
     scene::{
-        bind_group::{SceneBindGroup, SceneLayout, init_scene_layout},
+        bind_group::{SceneBindGroup, scene_layout},
         probes::SceneProbes,
         rsm::{SceneRsm, rsm_layout},
         voxels::SceneVoxels,
     },
-    technique::{TechniqueCache, possible},
+    schedule::GiPrepare,
+    technique::{Cache, possible},
 };
 
 const NAME: &str = "gi/hints/show_hints";
@@ -86,27 +87,12 @@ impl Plugin for HintsViewPlugin {
             return;
         };
         render_app
-            .add_systems(
-                RenderStartup,
-                init_view
-                    .after(init_scene_layout)
-                    .run_if(possible::<RadianceHints>),
-            )
-            .add_systems(
-                Render,
-                show_hints
-                    .in_set(RenderSystems::PrepareBindGroups)
-                    .after(prepare_hints),
-            );
+            .add_systems(RenderStartup, init_view.run_if(possible::<RadianceHints>))
+            .add_systems(Render, show_hints.in_set(GiPrepare::Composite));
     }
 }
 
-fn init_view(
-    mut commands: Commands,
-    server: Res<AssetServer>,
-    cache: Res<PipelineCache>,
-    scene: Res<SceneLayout>,
-) {
+fn init_view(mut commands: Commands, server: Res<AssetServer>, cache: Res<PipelineCache>) {
     let read = || storage_buffer_read_only_sized(false, None);
     let write = || storage_buffer_sized(false, None);
     let view = || uniform_buffer::<GpuHintsView>(false);
@@ -126,9 +112,9 @@ fn init_view(
         "gi/hints/mark_samples",
         &BindGroupLayoutEntries::sequential(compute, (write(), view(), read())),
     );
-    let cache_layout = cache_layout();
+    let (scene, cache_layout) = (scene_layout(), cache_layout());
     let pass = |name, layout: &BindGroupLayoutDescriptor, more: &[&_], shader, entry| {
-        let layouts = [&[layout, &scene.layout, &cache_layout], more].concat();
+        let layouts = [&[layout, &scene, &cache_layout], more].concat();
         ComputePass::new(&cache, name, &layouts, shader, entry, shader_defs())
     };
     let shapes = load_embedded_asset!(server.as_ref(), "debug.wgsl");
@@ -194,12 +180,12 @@ fn show_hints(
         let Some(lookup) = hints.bind_group() else {
             continue;
         };
-        let slots = slots_of(debug.hint_view, hints.slots);
+        let slots = slots_of(debug.hint_view, hints.slots());
         let mut uniform = UniformBuffer::from(GpuHintsView {
             pick_from: debug.pick_from,
             content: debug.hint_view as u32,
             pick_to: debug.pick_to,
-            slots: hints.slots,
+            slots: hints.slots(),
             slice: debug.slice as u32,
             slice_at: debug.slice_at,
             marks: MARKS,

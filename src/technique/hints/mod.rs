@@ -44,88 +44,47 @@
 //! What is smaller than a cell of the lattice casts no shadow of indirect light. Reflections are as soft as
 //! three bands of spherical harmonics.
 
+mod cache;
 mod debug;
-mod node;
-mod prepare;
+mod passes;
+mod pipelines;
+mod plan;
 mod settings;
 mod types;
 
-pub use prepare::HintsCache;
+pub use cache::HintsCache;
+pub use pipelines::HintsPipelines;
 pub use settings::{
-    HintBounce, HintOcclusion, HintReconstruction, HintSampling, RadianceHintsSettings, ShOrder,
+    HintBounce, HintOcclusion, HintReconstruction, HintSampling, RadianceHints,
+    RadianceHintsSettings, ShOrder,
 };
 
 use bevy::{
-    app::{App, Plugin},
-    asset::{AssetServer, Handle, embedded_asset, load_embedded_asset},
-    ecs::prelude::*,
-    render::{
-        ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
-        render_resource::BindGroupLayoutDescriptor, renderer::RenderGraph,
-    },
-    shader::{Shader, ShaderDefVal, load_shader_library},
+    app::App,
+    asset::{AssetServer, embedded_asset, load_embedded_asset},
+    render::render_resource::BindGroupLayoutDescriptor,
+    shader::load_shader_library,
 };
 
-use super::{Technique, possible};
+use super::{LookupShader, Technique};
 use crate::{
     gpu::caps::DeviceNeeds,
-    scene::{
-        bind_group::init_scene_layout,
-        needs::{NeedsKnown, SceneNeeds},
-        probes::{MAX_PROBES, prepare_probes},
-        rsm::prepare_bind_groups,
-    },
-    schedule::GiSystems,
-    settings::{GiTechnique, SettingsResourcePlugin},
+    scene::{needs::SceneNeeds, probes::MAX_PROBES},
 };
 
-/// Radiance hints, as a [`Technique`].
-pub(crate) struct RadianceHints;
-
 impl Technique for RadianceHints {
-    const TECHNIQUE: GiTechnique = GiTechnique::RadianceHints;
-    const GATHER: &'static str = "gi/hints/gather";
-    const GATHER_ENTRY: &'static str = "gather_hints";
-    const EXPORT: &'static str = "gi/hints/export";
-    const EXPORT_ENTRY: &'static str = "export_hints";
-    const NEEDS: SceneNeeds = SceneNeeds {
-        voxels: true,
-        shadows: false,
-        rsm: true,
-        probes: true,
-        // Up to the settings: `extract_probe_bytes`.
-        probe_bytes: 0,
-    };
+    const NAME: &'static str = "hints";
+    const TITLE: &'static str = "Radiance hints";
     const DEVICE: DeviceNeeds = DeviceNeeds {
         storage_buffers: 8,
         storage_textures: 2,
         texture_3d: MAX_PROBES * types::blocks(ShOrder::Three),
     };
+    type Settings = RadianceHintsSettings;
+    type Pipelines = HintsPipelines;
     type Cache = HintsCache;
 
-    fn cache_layout() -> BindGroupLayoutDescriptor {
-        node::cache_layout()
-    }
-
-    fn gather_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>) {
-        (
-            load_embedded_asset!(server, "gather.wgsl"),
-            node::shader_defs(),
-        )
-    }
-
-    fn export_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>) {
-        (
-            load_embedded_asset!(server, "export.wgsl"),
-            node::shader_defs(),
-        )
-    }
-}
-
-pub(crate) struct RadianceHintsPlugin;
-
-impl Plugin for RadianceHintsPlugin {
-    fn build(&self, app: &mut App) {
+    fn build(app: &mut App) {
         load_shader_library!(app, "types.wgsl");
         load_shader_library!(app, "bindings.wgsl");
         load_shader_library!(app, "guess.wgsl");
@@ -141,35 +100,38 @@ impl Plugin for RadianceHintsPlugin {
         embedded_asset!(app, "sum.wgsl");
         embedded_asset!(app, "gather.wgsl");
         embedded_asset!(app, "export.wgsl");
-        app.add_plugins((
-            SettingsResourcePlugin::<RadianceHintsSettings>::default(),
-            debug::HintsViewPlugin,
-        ));
-        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-            return;
-        };
-        render_app
-            .add_systems(
-                RenderStartup,
-                node::init_hints_pipelines
-                    .after(init_scene_layout)
-                    .run_if(possible::<RadianceHints>),
-            )
-            .add_systems(
-                ExtractSchedule,
-                prepare::extract_probe_bytes.in_set(NeedsKnown),
-            )
-            .add_systems(
-                Render,
-                prepare::prepare_hints
-                    .in_set(RenderSystems::PrepareBindGroups)
-                    .after(prepare_probes)
-                    .after(prepare_bind_groups)
-                    .run_if(possible::<RadianceHints>),
-            )
-            .add_systems(
-                RenderGraph,
-                node::update_hints.in_set(GiSystems::UpdateCaches),
-            );
+        app.add_plugins(debug::HintsViewPlugin);
+    }
+
+    fn needs(settings: &RadianceHintsSettings) -> SceneNeeds {
+        SceneNeeds {
+            voxels: true,
+            rsm: true,
+            probes: true,
+            // The light of all slots.
+            probe_bytes: 16 * settings.order.coefficients() * cache::slot_count(settings),
+            camera_depth: settings.occlusion == HintOcclusion::CameraDepth,
+            ..Default::default()
+        }
+    }
+
+    fn cache_layout() -> BindGroupLayoutDescriptor {
+        pipelines::cache_layout()
+    }
+
+    fn gather(server: &AssetServer) -> LookupShader {
+        LookupShader {
+            shader: load_embedded_asset!(server, "gather.wgsl"),
+            entry: "gather_hints",
+            defs: pipelines::shader_defs(),
+        }
+    }
+
+    fn export(server: &AssetServer) -> LookupShader {
+        LookupShader {
+            shader: load_embedded_asset!(server, "export.wgsl"),
+            entry: "export_hints",
+            defs: pipelines::shader_defs(),
+        }
     }
 }

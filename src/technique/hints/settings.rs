@@ -7,7 +7,10 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{Clamp, Clamped, FieldRange, GiQuality, GiTechnique, SettingsResource};
+use crate::settings::{Clamp, Clamped, FieldRange, GiQuality, SettingsResource};
+
+/// Radiance hints, as a [`Technique`](crate::technique::Technique).
+pub struct RadianceHints;
 
 /// How finely a hint tells directions apart, as the paper counts: bands of spherical harmonics.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -327,8 +330,6 @@ impl Clamped for RadianceHintsSettings {
 }
 
 impl SettingsResource for RadianceHintsSettings {
-    const TECHNIQUE: Option<GiTechnique> = Some(GiTechnique::RadianceHints);
-
     fn presets() -> Vec<(&'static str, Self)> {
         let mut presets = GiQuality::named(Self::preset, Self::paper());
         presets.extend([

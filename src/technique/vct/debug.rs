@@ -5,23 +5,29 @@ use std::sync::Arc;
 use bevy::{
     app::{App, Plugin},
     asset::{AssetServer, embedded_asset, load_embedded_asset},
+    core_pipeline::FullscreenShader,
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
         renderer::{RenderDevice, RenderQueue},
     },
 };
 
-use super::{VoxelConeTracing, node, prepare::VctCache};
+use super::{
+    cache::VctCache,
+    pipelines::{cache_layout, shader_defs},
+    settings::VoxelConeTracing,
+};
 use crate::{
     debug::{
         GiDebugSettings, Painter,
-        voxels::{GpuVoxelView, VoxelView, VoxelViewPass, init_voxel_view, voxel_view_uniform},
+        voxels::{GpuVoxelView, VoxelView, voxel_view_pass, voxel_view_uniform},
     },
     gpu::fullscreen::FullscreenPass,
     scene::bind_group::SceneBindGroup,
-    technique::{TechniqueCache, possible},
+    schedule::GiPrepare,
+    technique::{Cache, possible},
 };
 
 const NAME: &str = "gi/vct/show_cells";
@@ -44,20 +50,20 @@ impl Plugin for CellsViewPlugin {
         render_app
             .add_systems(
                 RenderStartup,
-                init_view
-                    .after(init_voxel_view)
-                    .run_if(possible::<VoxelConeTracing>),
+                init_view.run_if(possible::<VoxelConeTracing>),
             )
             .add_systems(
                 Render,
-                show_cells.in_set(RenderSystems::PrepareBindGroups).run_if(
-                    |debug: Res<GiDebugSettings>| debug.view.painter() == Painter::Technique,
-                ),
+                show_cells
+                    .in_set(GiPrepare::Composite)
+                    .run_if(|debug: Res<GiDebugSettings>| {
+                        debug.view.painter() == Painter::Technique
+                    }),
             );
     }
 }
 
-fn init_view(mut commands: Commands, server: Res<AssetServer>, pass: Res<VoxelViewPass>) {
+fn init_view(mut commands: Commands, server: Res<AssetServer>, fullscreen: Res<FullscreenShader>) {
     let layout = BindGroupLayoutDescriptor::new(
         NAME,
         &BindGroupLayoutEntries::single(
@@ -67,10 +73,11 @@ fn init_view(mut commands: Commands, server: Res<AssetServer>, pass: Res<VoxelVi
     );
     let shader = load_embedded_asset!(server.as_ref(), "debug.wgsl");
     commands.insert_resource(CellsView {
-        shader: pass.shader(
-            &[node::cache_layout(), layout.clone()],
+        shader: voxel_view_pass(
+            &fullscreen,
+            &[cache_layout(), layout.clone()],
             shader,
-            node::shader_defs(),
+            shader_defs(),
         ),
         layout,
     });

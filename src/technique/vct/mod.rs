@@ -35,80 +35,45 @@
 //! show cells. Two surfaces nearer to each other than two voxels can exchange light through each
 //! other's gaps.
 
+mod cache;
 mod debug;
-mod node;
-mod prepare;
+mod passes;
+mod pipelines;
+mod plan;
 mod settings;
 mod types;
 
-pub use prepare::VctCache;
-pub use settings::{ConeLayout, VoxelConeTracingSettings};
+pub use cache::VctCache;
+pub use pipelines::VctPipelines;
+pub use settings::{ConeLayout, VoxelConeTracing, VoxelConeTracingSettings};
 
 use bevy::{
-    app::{App, Plugin},
-    asset::{AssetServer, Handle, embedded_asset, load_embedded_asset},
-    ecs::prelude::*,
-    render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
-        render_resource::BindGroupLayoutDescriptor, renderer::RenderGraph,
-    },
-    shader::{Shader, ShaderDefVal, load_shader_library},
+    app::App,
+    asset::{AssetServer, embedded_asset, load_embedded_asset},
+    render::render_resource::BindGroupLayoutDescriptor,
+    shader::load_shader_library,
 };
 
-use super::{Technique, possible};
+use super::{LookupShader, Technique};
 use crate::{
     gpu::caps::DeviceNeeds,
-    scene::{bind_group::init_scene_layout, needs::SceneNeeds, volume::MAX_RESOLUTION},
-    schedule::GiSystems,
-    settings::{GiTechnique, SettingsResourcePlugin},
+    scene::{needs::SceneNeeds, volume::MAX_RESOLUTION},
 };
 
-/// Voxel cone tracing, as a [`Technique`].
-pub(crate) struct VoxelConeTracing;
-
 impl Technique for VoxelConeTracing {
-    const TECHNIQUE: GiTechnique = GiTechnique::VoxelConeTracing;
-    const GATHER: &'static str = "gi/vct/gather";
-    const GATHER_ENTRY: &'static str = "gather_vct";
-    const EXPORT: &'static str = "gi/vct/export";
-    const EXPORT_ENTRY: &'static str = "export_vct";
-    const NEEDS: SceneNeeds = SceneNeeds {
-        voxels: true,
-        shadows: true,
-        rsm: false,
-        probes: false,
-        probe_bytes: 0,
-    };
+    const NAME: &'static str = "vct";
+    const TITLE: &'static str = "Voxel cone tracing";
     const DEVICE: DeviceNeeds = DeviceNeeds {
         storage_buffers: 8,
         storage_textures: 2,
         texture_3d: MAX_RESOLUTION / 2 * types::DIRECTIONS,
     };
+    const VIEWS: &'static [&'static str] = &["voxel-radiance", "voxel-opacity"];
+    type Settings = VoxelConeTracingSettings;
+    type Pipelines = VctPipelines;
     type Cache = VctCache;
 
-    fn cache_layout() -> BindGroupLayoutDescriptor {
-        node::cache_layout()
-    }
-
-    fn gather_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>) {
-        (
-            load_embedded_asset!(server, "gather.wgsl"),
-            node::shader_defs(),
-        )
-    }
-
-    fn export_shader(server: &AssetServer) -> (Handle<Shader>, Vec<ShaderDefVal>) {
-        (
-            load_embedded_asset!(server, "export.wgsl"),
-            node::shader_defs(),
-        )
-    }
-}
-
-pub(crate) struct VoxelConeTracingPlugin;
-
-impl Plugin for VoxelConeTracingPlugin {
-    fn build(&self, app: &mut App) {
+    fn build(app: &mut App) {
         load_shader_library!(app, "types.wgsl");
         load_shader_library!(app, "bindings.wgsl");
         load_shader_library!(app, "lookup.wgsl");
@@ -116,29 +81,34 @@ impl Plugin for VoxelConeTracingPlugin {
         embedded_asset!(app, "filter.wgsl");
         embedded_asset!(app, "gather.wgsl");
         embedded_asset!(app, "export.wgsl");
-        app.add_plugins((
-            SettingsResourcePlugin::<VoxelConeTracingSettings>::default(),
-            debug::CellsViewPlugin,
-        ));
-        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-            return;
-        };
-        render_app
-            .add_systems(
-                RenderStartup,
-                node::init_vct_pipelines
-                    .after(init_scene_layout)
-                    .run_if(possible::<VoxelConeTracing>),
-            )
-            .add_systems(
-                Render,
-                prepare::prepare_vct
-                    .in_set(RenderSystems::PrepareBindGroups)
-                    .run_if(possible::<VoxelConeTracing>),
-            )
-            .add_systems(
-                RenderGraph,
-                node::update_vct.in_set(GiSystems::UpdateCaches),
-            );
+        app.add_plugins(debug::CellsViewPlugin);
+    }
+
+    fn needs(_: &VoxelConeTracingSettings) -> SceneNeeds {
+        SceneNeeds {
+            voxels: true,
+            shadows: true,
+            ..Default::default()
+        }
+    }
+
+    fn cache_layout() -> BindGroupLayoutDescriptor {
+        pipelines::cache_layout()
+    }
+
+    fn gather(server: &AssetServer) -> LookupShader {
+        LookupShader {
+            shader: load_embedded_asset!(server, "gather.wgsl"),
+            entry: "gather_vct",
+            defs: pipelines::shader_defs(),
+        }
+    }
+
+    fn export(server: &AssetServer) -> LookupShader {
+        LookupShader {
+            shader: load_embedded_asset!(server, "export.wgsl"),
+            entry: "export_vct",
+            defs: pipelines::shader_defs(),
+        }
     }
 }

@@ -7,7 +7,10 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{Clamp, Clamped, FieldRange, GiQuality, GiTechnique, SettingsResource};
+use crate::settings::{Clamp, Clamped, FieldRange, GiQuality, SettingsResource};
+
+/// Voxel cone tracing, as a [`Technique`](crate::technique::Technique).
+pub struct VoxelConeTracing;
 
 /// Directions of the diffuse cones.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -181,8 +184,6 @@ impl Clamped for VoxelConeTracingSettings {
 }
 
 impl SettingsResource for VoxelConeTracingSettings {
-    const TECHNIQUE: Option<GiTechnique> = Some(GiTechnique::VoxelConeTracing);
-
     fn presets() -> Vec<(&'static str, Self)> {
         GiQuality::named(Self::preset, Self::paper())
     }

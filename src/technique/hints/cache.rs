@@ -1,0 +1,453 @@
+//! [`HintsCache`]: the hints of a volume.
+
+use bevy::{
+    ecs::prelude::*,
+    math::{IVec3, UVec3},
+    render::render_resource::*,
+};
+
+use super::{
+    passes::{BounceFrom, BounceJob, CarryJob, HintsJob},
+    pipelines::{HintsPipelines, cache_layout},
+    plan::{Content, Plan, Progress, Sources},
+    settings::{HintBounce, HintOcclusion, RadianceHints, RadianceHintsSettings},
+    types::{
+        GpuCarry, GpuHints, GpuStage, SLOT_BOUNCES, SLOT_EMISSION, SLOT_LIGHTS, SLOT_SKY, blocks,
+        slots_of,
+    },
+};
+use crate::{
+    debug::GiDebugSettings,
+    gpu::{compute::Recorder, statistics::Tracked},
+    scene::{
+        probes::{GpuProbes, SceneProbes},
+        voxels::{BRICK_VOXELS, SceneVoxels},
+    },
+    settings::GiSettings,
+    technique::{Activity, Cache, Frame, Inputs, Settling},
+};
+
+/// The gather itself has no noise, and that of the hints is averaged there.
+const SETTLING: Settling = Settling {
+    history_frames: 2,
+    blur: 0,
+};
+
+/// Cells between a hint and the nearest surface that it may light.
+const SLEEP_BEYOND: f32 = 2.0;
+
+/// A hint has hardly changed if its light did by less than that part of it.
+const QUIET: f32 = 0.01;
+
+/// The hints of a volume, see the [module](super).
+#[derive(Component)]
+pub struct HintsCache {
+    shape: Shape,
+    /// Of each slot: coefficients of radiance in nits at each hint; in the fourth components, what `slots.wgsl` says.
+    pub(super) slot_light: Tracked<Buffer>,
+    /// Of each hint: mean albedo of the surfaces around it.
+    albedos: Tracked<Buffer>,
+    /// The sum that is looked up.
+    texture: Tracked<TextureView>,
+    /// Of each voxel of the pool, front and back, packed as emission: what it reflects of a bounce.
+    reflected: Tracked<Buffer>,
+    /// The slots as they were before the volume moved; of volumes that do.
+    carried: Option<Tracked<Buffer>>,
+    progress: Progress,
+    bind_group: Option<BindGroup>,
+    job: Option<HintsJob>,
+}
+
+/// How large a cache is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Shape {
+    /// Hints along each axis.
+    dims: UVec3,
+    /// Bricks in the pool of voxels.
+    capacity: u32,
+    /// Coefficients of each colour.
+    coefficients: u32,
+    /// Kinds of light that are kept apart.
+    slots: u32,
+}
+
+impl Shape {
+    fn new(voxels: &SceneVoxels, probes: &SceneProbes, settings: &RadianceHintsSettings) -> Self {
+        Self {
+            dims: probes.dims(),
+            capacity: voxels.capacity,
+            coefficients: settings.order.coefficients(),
+            slots: slot_count(settings),
+        }
+    }
+}
+
+/// Slots that the settings need.
+pub(super) fn slot_count(settings: &RadianceHintsSettings) -> u32 {
+    SLOT_BOUNCES + settings.bounces.saturating_sub(1)
+}
+
+/// The slots that light the picture, a bit each.
+fn shown_slots(gi: &GiSettings, debug: &GiDebugSettings, settings: &RadianceHintsSettings) -> u32 {
+    let slots = slot_count(settings);
+    let part = slots_of(debug.hint_view, slots).filter(|_| debug.only_hint_view);
+    let shown = part.unwrap_or((1 << slots) - 1);
+    match gi.replace_ambient {
+        true => shown,
+        false => shown & !(1 << SLOT_SKY),
+    }
+}
+
+impl Cache<RadianceHints> for HintsCache {
+    fn new(frame: &Frame<RadianceHints>) -> Option<Self> {
+        let (voxels, probes) = (frame.voxels?, frame.probes?);
+        if probes.version == 0 {
+            return None;
+        }
+        let device = frame.device;
+        let shape = Shape::new(voxels, probes, frame.settings);
+        let texture = device.create_texture(&TextureDescriptor {
+            label: Some("gi/hints/coefficients"),
+            size: Extent3d {
+                width: shape.dims.x,
+                height: shape.dims.y,
+                depth_or_array_layers: shape.dims.z * blocks(frame.settings.order),
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D3,
+            format: TextureFormat::Rgba16Float,
+            usage: TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let texture = frame.statistics.texture("hints/coefficients", texture);
+        let usage = BufferUsages::COPY_SRC;
+        let buffer = |name, words| frame.statistics.storage_buffer(device, name, words, usage);
+        let hints = u64::from(probes.lattice.count());
+        let lights = hints * u64::from(4 * shape.coefficients);
+        let voxel_count = u64::from(voxels.capacity) * u64::from(BRICK_VOXELS);
+        Some(Self {
+            shape,
+            slot_light: buffer("hints/slots", lights * u64::from(shape.slots)),
+            texture: texture.map(|t| t.create_view(&TextureViewDescriptor::default())),
+            albedos: buffer("hints/albedos", 4 * hints),
+            reflected: buffer("hints/voxel_reflected", 2 * voxel_count),
+            carried: None,
+            progress: Progress::default(),
+            bind_group: None,
+            job: None,
+        })
+    }
+
+    fn fits(&self, frame: &Frame<RadianceHints>) -> bool {
+        match (frame.voxels, frame.probes) {
+            (Some(voxels), Some(probes)) => {
+                self.shape == Shape::new(voxels, probes, frame.settings)
+            }
+            _ => false,
+        }
+    }
+
+    fn update(&mut self, frame: &Frame<RadianceHints>) -> Activity {
+        self.job = None;
+        let (Some(voxels), Some(probes)) = (frame.voxels, frame.probes) else {
+            return Activity::default();
+        };
+        let settings = frame.settings;
+        let by_depth = settings.occlusion == HintOcclusion::CameraDepth;
+        let content = Content {
+            sources: Sources {
+                voxels: probes.version,
+                probes: GpuProbes {
+                    round: 0,
+                    ..probes.gpu()
+                },
+                sky: frame.lighting.sky,
+                settings: settings.without_lookup(),
+                history: frame.history,
+            },
+            settings: settings.clone(),
+            lighting: frame.lighting,
+            rsm: frame.rsm.version,
+            shown: shown_slots(frame.gi, frame.debug, settings),
+            share: frame.gi.light_share,
+            vpls: frame.rsm.vpls_of(frame.volume.main.id()),
+            camera: frame.camera_depth.clip_from_world.filter(|_| by_depth),
+        };
+        let (shown, vpls) = (content.shown, content.vpls);
+        let unit = frame.units.light();
+        let Some(plan) = self.progress.step(content, unit, probes.looks()) else {
+            return Activity::default();
+        };
+        self.bind_group = Some(self.lookup(&plan, vpls, unit, voxels, probes, frame));
+        self.job = Some(self.job(&plan, shown, unit, voxels, probes, frame));
+        Activity {
+            // The same light in another unit is no reason to forget, nor to look again.
+            settling: plan.relights.then_some(SETTLING),
+            look_again: plan.look_again,
+        }
+    }
+
+    fn record(&self, pipelines: &HintsPipelines, inputs: Inputs, recorder: &mut Recorder) {
+        let (Some(job), Some(cache), Some(probes)) = (&self.job, &self.bind_group, inputs.probes)
+        else {
+            return;
+        };
+        job.record(pipelines, probes, &inputs, cache, recorder);
+    }
+
+    fn bind_group(&self) -> Option<&BindGroup> {
+        self.bind_group.as_ref()
+    }
+}
+
+impl HintsCache {
+    /// Kinds of light that are kept apart.
+    pub(super) fn slots(&self) -> u32 {
+        self.shape.slots
+    }
+
+    /// Group 2 of whatever looks the hints up.
+    fn lookup(
+        &self,
+        plan: &Plan,
+        (first_vpl, vpls): (u32, u32),
+        unit: f32,
+        voxels: &SceneVoxels,
+        probes: &SceneProbes,
+        frame: &Frame<RadianceHints>,
+    ) -> BindGroup {
+        let settings = frame.settings;
+        let cell = probes.lattice.cell;
+        let mut uniform = UniformBuffer::from(GpuHints {
+            coefficients: self.shape.coefficients,
+            samples: plan.samples,
+            first_sample: plan.first_sample,
+            vpls,
+            first_vpl,
+            frame: plan.frame,
+            blend_lights: plan.blend_lights,
+            blend_sources: plan.blend_sources,
+            blend_bounces: plan.blend_bounces,
+            specular: settings.specular.into(),
+            sampling: settings.sampling as u32,
+            occlusion: settings.occlusion as u32,
+            bounce: settings.bounce as u32,
+            spread: settings.spread,
+            bounce_samples: settings.bounce_samples,
+            reach: settings.reach * voxels.grid.size().length(),
+            average_albedo: settings.average_albedo,
+            reconstruction: settings.reconstruction as u32,
+            tap_distance: settings.tap_distance * cell,
+            sleep_beyond: match plan.sleeps {
+                true => SLEEP_BEYOND * cell,
+                false => f32::MAX,
+            },
+            share: frame.gi.light_share as u32,
+            coloured: settings.coloured_bounces.into(),
+            occlusion_points: settings.occlusion_points,
+            occlusion_left: 1.0 - settings.occlusion_factor,
+            min_distance: settings.min_distance * cell,
+            guess_visibility: settings.guess_visibility.into(),
+            taps: settings.taps,
+            ring_cos: settings.ring_angle.to_radians().cos(),
+            quiet: if plan.sleeps { QUIET } else { 0.0 },
+            unit,
+        });
+        uniform.write_buffer(frame.device, frame.queue);
+        frame.device.create_bind_group(
+            "gi/hints/cache",
+            &frame.cache.get_bind_group_layout(&cache_layout()),
+            &BindGroupEntries::sequential((
+                &probes.uniform(frame.device, frame.queue),
+                probes.offsets.as_entire_binding(),
+                &*probes.moments,
+                &probes.sampler,
+                &uniform,
+                &*self.texture,
+            )),
+        )
+    }
+
+    /// The bind groups for what is planned.
+    fn job(
+        &mut self,
+        plan: &Plan,
+        shown: u32,
+        unit: f32,
+        voxels: &SceneVoxels,
+        probes: &SceneProbes,
+        frame: &Frame<RadianceHints>,
+    ) -> HintsJob {
+        let Frame {
+            pipelines,
+            cache,
+            device,
+            queue,
+            settings,
+            ..
+        } = *frame;
+        let carry = plan.shift.map(|shift| self.carry(shift, frame));
+        let Shape {
+            dims,
+            coefficients,
+            slots,
+            ..
+        } = self.shape;
+        let stage = |slot: u32, mask: u32, [first_gain, later_gain]: [f32; 2]| {
+            let mut uniform = UniformBuffer::from(GpuStage {
+                slot,
+                mask,
+                slots,
+                coefficients,
+                dims,
+                first_gain,
+                later_gain,
+                unit,
+            });
+            uniform.write_buffer(device, queue);
+            uniform
+        };
+        // What bounces on is physical.
+        const PHYSICAL: [f32; 2] = [1.0; 2];
+        let sum = |mask: u32, gains| {
+            device.create_bind_group(
+                "gi/hints/sum",
+                &cache.get_bind_group_layout(&pipelines.sum_layout),
+                &BindGroupEntries::with_indices((
+                    (0, &stage(0, mask, gains)),
+                    (1, &*self.texture),
+                    (4, self.slot_light.as_entire_binding()),
+                    (6, self.albedos.as_entire_binding()),
+                )),
+            )
+        };
+        let gather = |slot: u32| {
+            device.create_bind_group(
+                "gi/hints/bounce",
+                &cache.get_bind_group_layout(&pipelines.gather_layout),
+                &BindGroupEntries::sequential((
+                    &stage(slot, 0, PHYSICAL),
+                    voxels.pool.as_entire_binding(),
+                    self.reflected.as_entire_binding(),
+                    probes.hits.as_entire_binding(),
+                    self.slot_light.as_entire_binding(),
+                )),
+            )
+        };
+        let from_surfaces = |slot: u32| BounceFrom::Surfaces {
+            light: device.create_bind_group(
+                "gi/hints/surfaces",
+                &cache.get_bind_group_layout(&pipelines.surfaces_layout),
+                &BindGroupEntries::sequential((
+                    &stage(slot, 0, PHYSICAL),
+                    voxels.pool.as_entire_binding(),
+                    self.reflected.as_entire_binding(),
+                    voxels.brick_list.as_entire_binding(),
+                    voxels.voxel_list.as_entire_binding(),
+                    voxels.counters.as_entire_binding(),
+                )),
+            ),
+            gather: gather(slot),
+        };
+        let from_hints = |slot: u32| {
+            BounceFrom::Hints(device.create_bind_group(
+                "gi/hints/exchange",
+                &cache.get_bind_group_layout(&pipelines.exchange_layout),
+                &BindGroupEntries::with_indices((
+                    (0, &stage(slot, 0, PHYSICAL)),
+                    (4, self.slot_light.as_entire_binding()),
+                )),
+            ))
+        };
+        let sources = match plan.looks {
+            true => vec![gather(SLOT_EMISSION), gather(SLOT_SKY)],
+            false => Vec::new(),
+        };
+        let first = 1 << SLOT_LIGHTS | 1 << SLOT_EMISSION | 1 << SLOT_SKY;
+        let bounces = (SLOT_BOUNCES..slots).map(|slot| {
+            let before = match (slot, settings.bounce) {
+                (SLOT_BOUNCES, _) => first,
+                (_, HintBounce::HintsLiteral) => (1 << slot) - 1,
+                _ => 1 << (slot - 1),
+            };
+            if settings.bounce != HintBounce::Surfaces {
+                return BounceJob {
+                    sum: sum(before, PHYSICAL),
+                    from: from_hints(slot),
+                };
+            }
+            let itself = plan.endless && slot + 1 == slots;
+            BounceJob {
+                sum: sum(before | u32::from(itself) << slot, PHYSICAL),
+                from: from_surfaces(slot),
+            }
+        });
+        let lights = (frame.rsm.bind_group.is_some() && settings.bounces > 0).then(|| {
+            device.create_bind_group(
+                "gi/hints/lights",
+                &cache.get_bind_group_layout(&pipelines.lights_layout),
+                &BindGroupEntries::with_indices((
+                    (0, voxels.brick_map().as_entire_binding()),
+                    (1, voxels.occupancy.as_entire_binding()),
+                    (4, self.slot_light.as_entire_binding()),
+                    (6, &*frame.camera_depth.texture),
+                    (7, frame.camera_depth.camera.as_entire_binding()),
+                )),
+            )
+        });
+        let coloured = settings.bounce != HintBounce::Surfaces && settings.coloured_bounces;
+        let albedo = (coloured && plan.new_surfaces).then(|| {
+            device.create_bind_group(
+                "gi/hints/albedo",
+                &cache.get_bind_group_layout(&pipelines.albedo_layout),
+                &BindGroupEntries::with_indices((
+                    (1, voxels.pool.as_entire_binding()),
+                    (3, probes.hits.as_entire_binding()),
+                    (6, self.albedos.as_entire_binding()),
+                )),
+            )
+        });
+        let slot_bytes = self.slot_light.size() / u64::from(slots);
+        HintsJob {
+            relights: plan.relights,
+            carry,
+            albedo,
+            lights,
+            clear: (self.slot_light.clone(), slot_bytes),
+            sources,
+            bounces: bounces.collect(),
+            sum: sum(shown, [settings.first_gain, settings.later_gain]),
+        }
+    }
+
+    /// What moves light along with the hints.
+    fn carry(&mut self, shift: IVec3, frame: &Frame<RadianceHints>) -> CarryJob {
+        let (device, statistics) = (frame.device, frame.statistics);
+        let before = self.carried.get_or_insert_with(|| {
+            let words = self.slot_light.size() / 4;
+            let usage = BufferUsages::empty();
+            statistics.storage_buffer(device, "hints/slots_before", words, usage)
+        });
+        let mut uniform = UniformBuffer::from(GpuCarry {
+            shift,
+            blocks: self.shape.slots * self.shape.coefficients,
+            dims: self.shape.dims,
+        });
+        uniform.write_buffer(device, frame.queue);
+        CarryJob {
+            copy: (self.slot_light.clone(), before.clone()),
+            group: device.create_bind_group(
+                "gi/hints/carry",
+                &frame
+                    .cache
+                    .get_bind_group_layout(&frame.pipelines.carry_layout),
+                &BindGroupEntries::with_indices((
+                    (0, &uniform),
+                    (1, before.as_entire_binding()),
+                    (4, self.slot_light.as_entire_binding()),
+                )),
+            ),
+        }
+    }
+}
