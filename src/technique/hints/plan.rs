@@ -258,26 +258,29 @@ mod tests {
     fn what_changes_decides_what_is_kept() {
         let first = content();
         type Change = fn(&mut Content);
-        // What changes; whether sources are looked at anew, whether all is forgotten, and the shift.
-        let cases: [(&str, Change, [bool; 2], Option<IVec3>); 6] = [
-            ("a lamp", |c| c.lighting.lights += 1, [false, false], None),
-            ("what a lamp lights", |c| c.rsm += 1, [false, false], None),
-            ("a mesh", |c| c.sources.voxels += 1, [true, false], None),
-            ("a reset", |c| c.sources.history += 1, [true, true], None),
+        // What changes; whether sources are looked at anew, the weight of this frame in the light of lamps, and the
+        // shift. Two frames of before count on where things move, one where a lamp is switched, none after a reset.
+        let cases: [(&str, Change, bool, f32, Option<IVec3>); 6] = [
+            ("a lamp", |c| c.lighting.lights += 1, false, 2.0 / 3.0, None),
+            ("what a lamp lights", |c| c.rsm += 1, false, 0.5, None),
+            ("a mesh", |c| c.sources.voxels += 1, true, 0.5, None),
+            ("a reset", |c| c.sources.history += 1, true, 1.0, None),
             (
                 "a cell",
                 |c| c.sources.probes.origin = Vec3::X,
-                [true, false],
+                true,
+                0.5,
                 Some(IVec3::X),
             ),
             (
                 "half a cell",
                 |c| c.sources.probes.origin = 0.5 * Vec3::X,
-                [true, true],
+                true,
+                1.0,
                 None,
             ),
         ];
-        for (what, change, [sources, forgets], shift) in cases {
+        for (what, change, sources, weight, shift) in cases {
             let mut progress = Progress::default();
             settle(&mut progress, &first);
             let mut now = first.clone();
@@ -285,7 +288,7 @@ mod tests {
             let plan = progress.step(now, 1.0, false).expect(what);
             assert!(plan.relights, "{what}");
             assert_eq!(plan.new_surfaces, sources, "{what}");
-            assert_eq!(plan.blend_lights == 1.0, forgets, "{what}");
+            assert_eq!(plan.blend_lights, weight, "{what}");
             assert_eq!(plan.shift, shift, "{what}");
             // Only a reset forbids that light of before bounces on.
             assert_eq!(plan.endless, what != "a reset", "{what}");
