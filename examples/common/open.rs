@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 use bevy::{
     camera::{Exposure, primitives::Aabb},
     camera_controller::free_camera::FreeCamera,
-    light::{CascadeShadowConfig, CascadeShadowConfigBuilder},
+    light::{
+        CascadeShadowConfig, CascadeShadowConfigBuilder, DirectionalLightShadowMap,
+        PointLightShadowMap,
+    },
     prelude::*,
     world_serialization::WorldInstance,
 };
@@ -213,6 +216,31 @@ fn watch_loading(
     }
 }
 
+/// Memory for Bevy's shadow maps of point lights, and for those of spots, bytes.
+const SHADOW_MEMORY: usize = 512 << 20;
+
+/// Makes Bevy's own shadow maps smaller where a file has so many lamps that they would not fit into memory: each point
+/// light has six, each spot one, of 4 bytes a texel.
+fn fit_shadow_maps(commands: &mut Commands, [points, spots]: [usize; 2]) {
+    let fit = |size: usize, maps: usize| {
+        let texels = SHADOW_MEMORY / (4 * maps.max(1));
+        // The power of two below.
+        size.min(1 << (texels.max(1).ilog2() / 2)).max(16)
+    };
+    let default = PointLightShadowMap::default().size;
+    let size = fit(default, 6 * points);
+    if size < default {
+        warn!("{points} point lights: Bevy's shadow maps have {size} texels a side, not {default}");
+        commands.insert_resource(PointLightShadowMap { size });
+    }
+    let default = DirectionalLightShadowMap::default().size;
+    let size = fit(default, spots);
+    if size < default {
+        warn!("{spots} spot lights: Bevy's shadow maps have {size} texels a side, not {default}");
+        commands.insert_resource(DirectionalLightShadowMap { size });
+    }
+}
+
 /// Once the scene is there: its volume, its lights, its camera.
 #[allow(
     clippy::too_many_arguments,
@@ -287,6 +315,14 @@ fn frame_scene(
             volume.resolution = resolution;
         }
     }
+    let count = lights.p0().iter().fold([0, 0], |[points, spots], light| {
+        let is = |there: bool| usize::from(there);
+        [
+            points + is(light.1.is_some()),
+            spots + is(light.2.is_some()),
+        ]
+    });
+    fit_shadow_maps(&mut commands, count);
     // For comparison with a path tracer: lights cast shadows, and end nowhere unless told to.
     for (entity, point, spot, directional) in &mut lights.p0() {
         if options.sun.is_some() && (point.is_some() || spot.is_some() || directional.is_some()) {

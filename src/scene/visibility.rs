@@ -1,7 +1,7 @@
 //! Which meshes take part, and whether anything about them changed.
 //!
 //! Bevy extracts only what some camera sees. What takes part here is what some GI camera would see if it
-//! looked there (see [`viewers`](super::viewers)), so such meshes are marked visible; cameras draw nothing
+//! looked there (see `viewers`), so such meshes are marked visible; cameras draw nothing
 //! more, since each keeps its own list.
 //!
 //! Change is found by comparing values, not by Bevy's change detection: components are written again all the

@@ -8,7 +8,7 @@
 //!
 //! A tile of a texture array's page a map: a directional light has one for each volume, orthographic; a
 //! spot one perspective; a point or rect light the six faces of a cube. Which maps there are, how large they are and
-//! when they are drawn is in [`light_maps`](super::light_maps). A light that merely changes its colour or strength costs
+//! when they are drawn is in `light_maps`. A light that merely changes its colour or strength costs
 //! nothing: texels hold the light that they pass on per unit of the light's.
 //!
 //! Where maps of a directional light overlap, since volumes do, light is counted in that of the finest volume. Surfaces far

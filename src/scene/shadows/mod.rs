@@ -3,7 +3,7 @@
 //! Bevy's own shadow maps cover the camera's frustum only, and only lights that a camera sees have
 //! any; bounced light needs all of each volume. A directional light has one map for each volume, orthographic,
 //! along the volume's own extent; a spot one perspective; a point or rect light the six faces of a cube. Which maps
-//! there are, how large they are and when they are drawn is in [`light_maps`](super::light_maps).
+//! there are, how large they are and when they are drawn is in `light_maps`.
 
 use std::sync::Arc;
 
