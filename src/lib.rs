@@ -92,7 +92,8 @@ pub use technique_plugin::TechniquePlugin;
 pub mod prelude {
     pub use crate::{
         GiCamera, GiCascades, GiDebugSettings, GiHistory, GiLight, GiMaterialPlugin, GiPlugins,
-        GiQuality, GiSettings, GiSky, GiTechnique, GiView, GiVolume, NotGiCaster, ProbeSet,
-        RadianceHints, RadianceHintsSettings, VoxelConeTracing, VoxelConeTracingSettings,
+        GiQuality, GiSettings, GiSky, GiTechnique, GiTechniques, GiView, GiVolume, NotGiCaster,
+        ProbeSet, RadianceHints, RadianceHintsSettings, TechniquePlugin, VoxelConeTracing,
+        VoxelConeTracingSettings,
     };
 }

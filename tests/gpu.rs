@@ -14,6 +14,11 @@ mod cameras;
 mod casters;
 #[path = "gpu/cornell.rs"]
 mod cornell;
+#[path = "gpu/custom.rs"]
+mod custom;
+#[path = "../examples/custom_technique.rs"]
+#[allow(dead_code)]
+mod custom_technique;
 #[path = "gpu/debug.rs"]
 mod debug;
 #[path = "gpu/files.rs"]

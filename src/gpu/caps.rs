@@ -149,6 +149,13 @@ const CAPABILITIES: [(&str, &str); 4] = [
 ];
 
 impl DeviceNeeds {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        storage_buffers: 0,
+        storage_textures: 0,
+        texture_3d: 0,
+    };
+
     /// The first thing that is not there.
     fn missing(&self, offer: &DeviceOffer) -> Option<String> {
         let limits = &offer.limits;

@@ -4,8 +4,8 @@ use bevy::{color::LinearRgba, log::warn, math::Vec3};
 
 /// A type whose fields have ranges.
 pub trait Clamped {
-    /// Brings every field into its range, through `clamp`.
-    fn clamp(&mut self, clamp: &mut Clamp);
+    /// Brings every field into its range, through `clamp`. Default: no field has a range.
+    fn clamp(&mut self, _clamp: &mut Clamp) {}
 }
 
 /// The range of a numeric field of a settings type.

@@ -71,8 +71,8 @@ pub trait Technique: Sized + Send + Sync + 'static {
     const NAME: &'static str;
     /// Its name as a title.
     const TITLE: &'static str;
-    /// What it needs of the device beyond what every technique does.
-    const DEVICE: DeviceNeeds;
+    /// What it needs of the device beyond what every technique does. Default: nothing.
+    const DEVICE: DeviceNeeds = DeviceNeeds::NONE;
 
     /// Its parameters.
     type Settings: SettingsResource;
@@ -87,8 +87,10 @@ pub trait Technique: Sized + Send + Sync + 'static {
     /// Loads shaders, and adds debug views. Anything that is the same for all techniques is done already.
     fn build(app: &mut App);
 
-    /// What it reads of the scene's capture; nothing else is captured for it.
-    fn needs(settings: &Self::Settings) -> SceneNeeds;
+    /// What it reads of the scene's capture; nothing else is captured for it. Default: nothing.
+    fn needs(_settings: &Self::Settings) -> SceneNeeds {
+        SceneNeeds::default()
+    }
 
     /// Layout of group 2 of the gather and of the export: the cache.
     fn cache_layout() -> BindGroupLayoutDescriptor;
@@ -117,6 +119,17 @@ pub struct LookupShader {
     pub defs: Vec<ShaderDefVal>,
 }
 
+impl LookupShader {
+    /// The entry point `entry` of a file.
+    pub fn new(shader: Handle<Shader>, entry: &'static str, defs: Vec<ShaderDefVal>) -> Self {
+        Self {
+            shader,
+            entry,
+            defs,
+        }
+    }
+}
+
 /// The compute pipelines of a technique.
 pub trait Pipelines: Resource + Sized {
     /// Queues all of them, once the device is there and can run the technique.
@@ -128,6 +141,20 @@ pub trait Pipelines: Resource + Sized {
     /// Whether all of them are compiled. Caches are made from then on.
     fn ready(&self, cache: &PipelineCache) -> bool {
         self.passes().iter().all(|pass| pass.ready(cache))
+    }
+}
+
+/// Of a technique without passes of its own: the gather and the export are all.
+#[derive(Resource)]
+pub struct NoPipelines;
+
+impl Pipelines for NoPipelines {
+    fn new(_: &AssetServer, _: &PipelineCache) -> Self {
+        Self
+    }
+
+    fn passes(&self) -> Vec<ComputePass> {
+        Vec::new()
     }
 }
 
@@ -187,14 +214,16 @@ pub trait Cache<T: Technique>: Component<Mutability = Mutable> + Sized {
     /// Memory for a volume; `None` while something is not there yet.
     fn new(frame: &Frame<T>) -> Option<Self>;
 
-    /// Whether the memory is that of [`new`](Self::new); if not, the cache is made anew.
-    fn fits(&self, frame: &Frame<T>) -> bool;
+    /// Whether the memory is that of [`new`](Self::new); if not, the cache is made anew. Default: always.
+    fn fits(&self, _frame: &Frame<T>) -> bool {
+        true
+    }
 
     /// Decides what this frame computes, and prepares it.
     fn update(&mut self, frame: &Frame<T>) -> Activity;
 
-    /// Records the passes of this frame; none where nothing has changed.
-    fn record(&self, pipelines: &T::Pipelines, inputs: Inputs, recorder: &mut Recorder);
+    /// Records the passes of this frame; none where nothing has changed. Default: none at all.
+    fn record(&self, _pipelines: &T::Pipelines, _inputs: Inputs, _recorder: &mut Recorder) {}
 
     /// Group 2 of the gather and of the export, once there is something to look up.
     fn bind_group(&self) -> Option<&BindGroup>;
@@ -207,6 +236,19 @@ pub struct Activity {
     pub settling: Option<Settling>,
     /// Whether the volume's probes are to trace other rays in the next frame.
     pub look_again: bool,
+}
+
+impl Activity {
+    /// The light of the cache changes: cameras mix in so many past frames at most.
+    pub const fn settling(history_frames: u32) -> Self {
+        Self {
+            settling: Some(Settling {
+                history_frames,
+                blur: 0,
+            }),
+            look_again: false,
+        }
+    }
 }
 
 /// On a volume's entity in the render world while its cache still changes: what cameras remember of

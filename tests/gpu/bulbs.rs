@@ -5,7 +5,7 @@ use bevy_gi::prelude::*;
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
-    support::{BOTH, app, camera, choose, material, mean, room, settle, show},
+    support::{HINTS, TECHNIQUES, app, camera, choose, material, mean, room, settle, show},
 };
 
 const LAMP: Vec3 = Vec3::new(0.2, 0.4, 0.1);
@@ -61,7 +61,7 @@ fn sphere(headless: &mut Headless, radius: f32, two_sided: bool) -> Entity {
 /// Bulbs inside of Bevy's near plane let the light through, as Bevy does.
 #[test]
 fn a_bulb_lets_its_light_through() {
-    for technique in BOTH {
+    for technique in TECHNIQUES {
         let (mut headless, target) = lit_room(technique, 0.1);
         settle(&mut headless, 24);
         let without = mean(&headless.picture(&target));
@@ -83,7 +83,7 @@ fn a_bulb_lets_its_light_through() {
 /// What casts no shadow lets the light through, however large it is.
 #[test]
 fn a_shade_without_shadow_lets_its_light_through() {
-    let (mut headless, target) = lit_room(GiTechnique::of::<RadianceHints>(), 0.1);
+    let (mut headless, target) = lit_room(HINTS, 0.1);
     settle(&mut headless, 24);
     let without = mean(&headless.picture(&target));
     let shade = sphere(&mut headless, 0.2, true);
@@ -103,7 +103,7 @@ fn a_shade_without_shadow_lets_its_light_through() {
 /// with both: `docs/known_errors.md`.)
 #[test]
 fn a_closed_lantern_keeps_the_light_in() {
-    let (mut headless, target) = lit_room(GiTechnique::of::<RadianceHints>(), 0.1);
+    let (mut headless, target) = lit_room(HINTS, 0.1);
     settle(&mut headless, 24);
     let without = mean(&headless.picture(&target));
     let walls = material(&mut headless, diffuse([0.8; 3]));

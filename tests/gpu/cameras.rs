@@ -15,7 +15,10 @@ use crate::{
         headless::{Headless, Picture, image_target, readable_target},
         scenes::stage::{Stage, diffuse, shining},
     },
-    support::{BOTH, UNIT_EV100, app, assert_sane, camera, choose, luminance, mean, settle, show},
+    support::{
+        CONES, HINTS, TECHNIQUES, UNIT_EV100, app, assert_sane, camera, choose, luminance, mean,
+        settle, show,
+    },
 };
 
 const SIZE: UVec2 = UVec2::new(96, 64);
@@ -65,7 +68,7 @@ fn settled(headless: &mut Headless, target: &Handle<Image>) -> Picture {
 /// Light of panels does not depend on the size of the world, nor the way in which it is filtered.
 #[test]
 fn a_scene_of_any_size_looks_the_same() {
-    for technique in BOTH {
+    for technique in TECHNIQUES {
         let shot = |scale: f32| {
             let mut headless = open_room(technique, scale);
             let (camera, target) = camera(&mut headless, SIZE, scale * EYE, scale * LOOK, 40.0);
@@ -88,7 +91,7 @@ fn a_scene_of_any_size_looks_the_same() {
 /// A camera in a scaled hierarchy, as glTF files bring it, measures depth in other units than metres.
 #[test]
 fn the_scale_of_a_camera_is_not_seen() {
-    let mut headless = open_room(GiTechnique::of::<VoxelConeTracing>(), 1.0);
+    let mut headless = open_room(CONES, 1.0);
     let (camera, target) = camera(&mut headless, SIZE, EYE, LOOK, 40.0);
     let usual = settled(&mut headless, &target);
     for scale in [0.002, 500.0] {
@@ -108,7 +111,7 @@ fn the_scale_of_a_camera_is_not_seen() {
 /// it is orthographic.
 #[test]
 fn distance_and_lens_do_not_matter() {
-    let mut headless = open_room(GiTechnique::of::<RadianceHints>(), 1.0);
+    let mut headless = open_room(HINTS, 1.0);
     let height = 2.4f32;
     let at = |distance: f32| LOOK + Vec3::new(0.05, 0.08, 1.0).normalize() * distance;
     let (camera, target) = camera(&mut headless, SIZE, at(10.0), LOOK, 40.0);
@@ -174,7 +177,7 @@ fn split(headless: &mut Headless, first: Entity) -> Entity {
 #[test]
 fn halves_of_a_screen_are_lit_alike() {
     for ssao in [false, true] {
-        let mut headless = open_room(GiTechnique::of::<VoxelConeTracing>(), 1.0);
+        let mut headless = open_room(CONES, 1.0);
         let (alone, target) = camera(&mut headless, SIZE, EYE, LOOK, 40.0);
         let occlusion = ScreenSpaceAmbientOcclusion::default();
         if ssao {
@@ -208,7 +211,7 @@ fn halves_of_a_screen_are_lit_alike() {
 /// Two cameras with two techniques show what each shows alone.
 #[test]
 fn cameras_have_techniques_of_their_own() {
-    let alone = BOTH.map(|technique| {
+    let alone = TECHNIQUES.map(|technique| {
         let mut headless = open_room(technique, 1.0);
         let (_, target) = camera(&mut headless, SIZE, EYE, LOOK, 40.0);
         settled(&mut headless, &target)
@@ -217,7 +220,7 @@ fn cameras_have_techniques_of_their_own() {
     let wide = UVec2::new(2 * SIZE.x, SIZE.y);
     let (left, target) = camera(&mut headless, wide, EYE, LOOK, 40.0);
     let right = split(&mut headless, left);
-    for (camera, technique) in [left, right].into_iter().zip(BOTH) {
+    for (camera, technique) in [left, right].into_iter().zip(TECHNIQUES) {
         let camera = &mut headless.app.world_mut().entity_mut(camera);
         camera.insert(GiCamera::with_technique(technique));
     }
@@ -225,14 +228,14 @@ fn cameras_have_techniques_of_their_own() {
     for (side, alone) in (0..).zip(&alone) {
         let apart = difference(&half(&both, side), alone);
         // Hints meet the panel by other rays.
-        assert!(apart < 0.03, "{:?}: {apart}", BOTH[side as usize]);
+        assert!(apart < 0.03, "{:?}: {apart}", TECHNIQUES[side as usize]);
     }
 }
 
 /// What a camera above the GI camera draws is over its picture, whatever its format.
 #[test]
 fn a_camera_above_leaves_the_picture_below() {
-    let mut headless = open_room(GiTechnique::of::<RadianceHints>(), 1.0);
+    let mut headless = open_room(HINTS, 1.0);
     let (_, target) = camera(&mut headless, SIZE, EYE, LOOK, 40.0);
     let below = settled(&mut headless, &target);
     let over = |order| Camera {
@@ -292,7 +295,7 @@ fn a_camera_above_leaves_the_picture_below() {
 /// Targets of any size and format, viewports of one pixel, cameras that go and come back.
 #[test]
 fn targets_change_and_cameras_come_and_go() {
-    let mut headless = open_room(GiTechnique::of::<VoxelConeTracing>(), 1.0);
+    let mut headless = open_room(CONES, 1.0);
     let watch = camera;
     let (camera, target) = watch(&mut headless, SIZE, EYE, LOOK, 40.0);
     let usual = settled(&mut headless, &target);

@@ -13,7 +13,7 @@ use crate::{
         headless::Headless,
         scenes::cornell,
     },
-    support::{app, assert_sane, camera, choose, settle, show, spawn_cornell},
+    support::{CONES, HINTS, app, assert_sane, camera, choose, settle, show, spawn_cornell},
 };
 
 const SIZE: UVec2 = UVec2::new(320, 184);
@@ -62,14 +62,14 @@ fn errors(technique: GiTechnique) -> [f32; 2] {
 
 #[test]
 fn indirect_light_agrees_with_the_path_tracer() {
-    let [ratio, rmse] = errors(GiTechnique::of::<VoxelConeTracing>());
+    let [ratio, rmse] = errors(CONES);
     assert!((ratio - 1.0).abs() < 0.15, "mean {ratio} of the truth");
     assert!(rmse < 0.35, "relative RMSE {rmse}");
 }
 
 #[test]
 fn light_of_hints_agrees_with_the_path_tracer() {
-    let [ratio, rmse] = errors(GiTechnique::of::<RadianceHints>());
+    let [ratio, rmse] = errors(HINTS);
     assert!((ratio - 1.0).abs() < 0.05, "mean {ratio} of the truth");
     assert!(rmse < 0.25, "relative RMSE {rmse}");
 }
@@ -85,10 +85,7 @@ fn two_runs_give_the_same_bytes() {
     let bits = |pixels: &[[f32; 4]]| -> Vec<u32> {
         pixels.iter().flatten().map(|c| c.to_bits()).collect()
     };
-    for technique in [
-        GiTechnique::of::<VoxelConeTracing>(),
-        GiTechnique::of::<RadianceHints>(),
-    ] {
+    for technique in [CONES, HINTS] {
         let (a, b) = (run(technique), run(technique));
         assert!(a.iter().any(|p| luminance(p) > 0.0));
         let same = bits(&a) == bits(&b);
@@ -173,10 +170,10 @@ fn check_rest(technique: GiTechnique) {
 
 #[test]
 fn a_still_scene_costs_only_the_gather() {
-    check_rest(GiTechnique::of::<VoxelConeTracing>());
+    check_rest(CONES);
 }
 
 #[test]
 fn a_still_scene_costs_only_the_gather_of_hints() {
-    check_rest(GiTechnique::of::<RadianceHints>());
+    check_rest(HINTS);
 }

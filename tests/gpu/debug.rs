@@ -8,7 +8,7 @@ use crate::{
         headless::{Headless, Picture},
         scenes::stage::diffuse,
     },
-    support::{app, assert_sane, camera, choose, material, room, settle},
+    support::{CONES, HINTS, app, assert_sane, camera, choose, material, room, settle},
 };
 
 /// A white room with one red wall behind, a lamp, and a camera that looks at that wall.
@@ -146,8 +146,8 @@ fn voxels_are_shown_with_any_technique() {
             debug.view = GiView::VoxelAlbedo
         })
     };
-    let with_cones = shown(GiTechnique::of::<VoxelConeTracing>());
-    let with_hints = shown(GiTechnique::of::<RadianceHints>());
+    let with_cones = shown(CONES);
+    let with_hints = shown(HINTS);
     assert!(center(&with_hints).x > 0.4, "{}", center(&with_hints));
     assert_eq!(with_cones.pixels, with_hints.pixels);
 }
@@ -204,7 +204,7 @@ fn probes_and_volumes_are_drawn_into_the_picture() {
 #[test]
 fn hints_show_what_they_are_made_of() {
     let (mut headless, target) = scene();
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     settle(&mut headless, 24);
     let plain = show(&mut headless, &target, |_| {});
     // Brightness of the pixels that differ from the picture without, and how many those are.

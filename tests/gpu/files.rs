@@ -11,7 +11,7 @@ use crate::{
         reference,
         scenes::stage::{Stage, shining},
     },
-    support::{UNIT_EV100, app, assert_sane, camera, choose, settle, show},
+    support::{HINTS, UNIT_EV100, app, assert_sane, camera, choose, settle, show},
 };
 
 const SIZE: UVec2 = UVec2::new(128, 80);
@@ -49,7 +49,7 @@ fn check(
     views: &[(Vec3, Vec3, f32)],
     most: f32,
 ) {
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     show(&mut headless, GiView::Indirect);
     let [min, max] = bounds;
     headless

@@ -9,8 +9,8 @@ use bevy_gi::{
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
     support::{
-        app, assert_sane, camera, choose, evaluate, in_render_world, lit_room, material, mean,
-        settle, show, slab, spawn_cornell, words,
+        HINTS, app, assert_sane, camera, choose, evaluate, in_render_world, lit_room, material,
+        mean, settle, show, slab, spawn_cornell, words,
     },
 };
 
@@ -18,7 +18,7 @@ use crate::{
 /// to be in the way, in the middle of 16 x 16 x 16 hints of 0.4 m.
 fn uniform_field() -> (Headless, Handle<Image>) {
     let mut headless = app();
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     headless.app.world_mut().resource_mut::<GiSettings>().sky =
         GiSky::Constant(LinearRgba::rgb(1.0, 1.0, 1.0));
     let black = material(&mut headless, diffuse([0.0; 3]));
@@ -161,7 +161,7 @@ fn a_lit_plane_is_a_plane_of_light() {
     const HALF: f32 = 5.0;
     const ALBEDO: f32 = 0.8;
     let mut headless = app();
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     let floor = material(&mut headless, diffuse([ALBEDO; 3]));
     let (min, max) = (Vec3::new(-HALF, -0.5, -HALF), Vec3::new(HALF, 0.0, HALF));
     slab(&mut headless, min, max, &floor);
@@ -277,7 +277,7 @@ fn hints_of_one_frame_follow_a_lamp() {
 fn every_mode_lights_a_room() {
     let mut headless = app();
     spawn_cornell(&mut headless);
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     show(&mut headless, GiView::Indirect);
     // Coarse, for the sake of time.
     let world = headless.app.world_mut();
@@ -442,7 +442,7 @@ fn every_mode_lights_a_room() {
 #[test]
 fn probes_stand_outside_of_things() {
     let mut headless = app();
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     let white = material(&mut headless, diffuse([0.7; 3]));
     let (min, max) = (Vec3::splat(-1.0), Vec3::splat(1.0));
     slab(&mut headless, min, max, &white);
@@ -498,7 +498,7 @@ fn probes_stand_outside_of_things() {
 fn a_bad_probe_set_is_clamped() {
     let mut headless = app();
     spawn_cornell(&mut headless);
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     let world = headless.app.world_mut();
     let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
     let volume = volumes.iter(world).next().expect("the scene has a volume");

@@ -18,6 +18,7 @@ use bevy_gi::{
     prelude::*,
 };
 
+use crate::support::CONES;
 use crate::{
     common::{
         capture,
@@ -40,7 +41,7 @@ fn open(size: UVec2) -> (Headless, Entity, Handle<Image>) {
         ))
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(GiSettings {
-            technique: GiTechnique::of::<VoxelConeTracing>(),
+            technique: CONES,
             sky: GiSky::Black,
             ..default()
         });

@@ -5,7 +5,7 @@ use bevy_gi::{GiStatistics, prelude::*};
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
-    support::{BOTH, app, camera, choose, material, mean, room, settle, show},
+    support::{TECHNIQUES, app, camera, choose, material, mean, room, settle, show},
 };
 
 fn look_from(headless: &mut Headless, camera: Entity, eye: Vec3) {
@@ -43,7 +43,7 @@ fn any_number_of_volumes_light_a_camera() {
         Vec3::new(0.5, -0.3, -0.5),
         70.0,
     );
-    for technique in BOTH {
+    for technique in TECHNIQUES {
         choose(&mut headless, technique);
         let light = [0, 1, 6, 11].map(|i: usize| {
             look_from(&mut headless, camera, rooms[i] + eye);
@@ -61,7 +61,7 @@ fn any_number_of_volumes_light_a_camera() {
 /// twins, wherever the camera is.
 #[test]
 fn two_hundred_lamps_light_forty_rooms_alike() {
-    for technique in BOTH {
+    for technique in TECHNIQUES {
         let mut headless = app();
         choose(&mut headless, technique);
         show(&mut headless, GiView::Indirect);

@@ -5,7 +5,7 @@ use bevy_gi::prelude::*;
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
-    support::{BOTH, app, camera, choose, material, mean, settle, show, slab},
+    support::{TECHNIQUES, app, camera, choose, material, mean, settle, show, slab},
 };
 
 fn sun(headless: &mut Headless, direction: Vec3) {
@@ -50,7 +50,7 @@ fn yard(technique: GiTechnique) -> (Headless, Handle<Image>) {
 /// bounce.
 #[test]
 fn a_roof_far_above_the_volume_keeps_the_sun_out() {
-    for technique in BOTH {
+    for technique in TECHNIQUES {
         let (mut headless, target) = yard(technique);
         sun(&mut headless, Vec3::new(0.2, -1.0, -0.3));
         settle(&mut headless, 24);
@@ -74,7 +74,7 @@ fn a_roof_far_above_the_volume_keeps_the_sun_out() {
 /// A lamp that stands outside of the volume lights it, and what stands between casts into it, though neither is near.
 #[test]
 fn lamps_outside_of_a_volume_reach_into_it() {
-    for technique in BOTH {
+    for technique in TECHNIQUES {
         let (mut headless, target) = yard(technique);
         let lamp = PointLight {
             intensity: 4e6,
@@ -105,7 +105,7 @@ fn lamps_outside_of_a_volume_reach_into_it() {
 /// would have texels of metres.
 #[test]
 fn a_second_volume_far_away_changes_nothing() {
-    for technique in BOTH {
+    for technique in TECHNIQUES {
         let (mut headless, target) = yard(technique);
         sun(&mut headless, Vec3::new(-1.0, -0.6, 0.2));
         settle(&mut headless, 32);
@@ -133,7 +133,7 @@ fn a_second_volume_far_away_changes_nothing() {
 /// Volumes that overlap count the sun's light once: a smaller one inside of another changes nothing but the detail.
 #[test]
 fn nested_volumes_count_the_sun_once() {
-    for technique in BOTH {
+    for technique in TECHNIQUES {
         let (mut headless, target) = yard(technique);
         sun(&mut headless, Vec3::new(-0.5, -1.0, 0.2));
         settle(&mut headless, 32);

@@ -6,8 +6,8 @@ use bevy_gi::{ProbePin, ProbePlacement, prelude::*, scene::probes::SceneProbes};
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
     support::{
-        app, assert_sane, camera, choose, in_render_world, lit_room, material, mean, settle, show,
-        slab, words,
+        HINTS, app, assert_sane, camera, choose, in_render_world, lit_room, material, mean, settle,
+        show, slab, words,
     },
 };
 
@@ -138,7 +138,7 @@ fn a_moving_volume_keeps_its_light() {
 #[test]
 fn cascades_blend_into_each_other() {
     let mut headless = app();
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     headless.app.world_mut().resource_mut::<GiSettings>().sky =
         GiSky::Constant(LinearRgba::rgb(1.0, 1.0, 1.0));
     let white = material(&mut headless, diffuse([0.5; 3]));

@@ -5,7 +5,7 @@ use bevy_gi::prelude::*;
 
 use crate::{
     common::scenes::stage::diffuse,
-    support::{app, assert_sane, camera, choose, material, mean, room, settle, slab},
+    support::{CONES, HINTS, app, assert_sane, camera, choose, material, mean, room, settle, slab},
 };
 
 /// In a closed room whose walls emit 1 nit and reflect half, each bounce adds half of the last:
@@ -55,12 +55,12 @@ fn check_furnace(technique: GiTechnique) {
 
 #[test]
 fn white_furnace_has_two_nits() {
-    check_furnace(GiTechnique::of::<VoxelConeTracing>());
+    check_furnace(CONES);
 }
 
 #[test]
 fn white_furnace_of_hints_has_two_nits() {
-    check_furnace(GiTechnique::of::<RadianceHints>());
+    check_furnace(HINTS);
 }
 
 /// Light in a room does not pass a wall of some voxels into the sealed room beside it. Swept over
@@ -101,7 +101,7 @@ fn check_sealed(technique: GiTechnique, voxels: f32, phases: u32) {
         let mut wall = headless.app.world_mut().entity_mut(wall);
         wall.get_mut::<Transform>().unwrap().translation.x = 0.1 * phase as f32 / phases as f32;
         // Hints have all bounces within a few frames.
-        let hints = technique == GiTechnique::of::<RadianceHints>();
+        let hints = technique == HINTS;
         settle(&mut headless, if hints { 16 } else { 40 });
         let (dark, lit) = (
             mean(&headless.picture(&dark)),
@@ -119,10 +119,10 @@ fn check_sealed(technique: GiTechnique, voxels: f32, phases: u32) {
 
 #[test]
 fn sealed_room_stays_dark() {
-    check_sealed(GiTechnique::of::<VoxelConeTracing>(), 2.0, 4);
+    check_sealed(CONES, 2.0, 4);
 }
 
 #[test]
 fn sealed_room_of_hints_stays_dark() {
-    check_sealed(GiTechnique::of::<RadianceHints>(), 1.0, 8);
+    check_sealed(HINTS, 1.0, 8);
 }

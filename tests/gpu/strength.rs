@@ -11,15 +11,11 @@ use crate::{
         scenes::stage::{Stage, diffuse},
     },
     support::{
-        UNIT_EV100, app, assert_sane, camera, choose, evaluate, luminance, material, mean,
-        read_vpls, room, settle, show, slab,
+        HINTS, TECHNIQUES, UNIT_EV100, app, assert_sane, camera, choose, evaluate, luminance,
+        material, mean, read_vpls, room, settle, show, slab,
     },
 };
 
-const TECHNIQUES: [GiTechnique; 2] = [
-    GiTechnique::of::<VoxelConeTracing>(),
-    GiTechnique::of::<RadianceHints>(),
-];
 const SIZE: UVec2 = UVec2::new(48, 32);
 
 /// Lets the camera's white be so many nits.
@@ -387,7 +383,7 @@ fn the_night_sky_lights_what_is_below() {
 fn rect_lights_of_any_size_and_power_bounce_alike() {
     const ALBEDO: f32 = 0.5;
     let mut headless = app();
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     let walls = material(&mut headless, diffuse([ALBEDO; 3]));
     let half = Vec3::splat(2.0);
     room(&mut headless, -half, half, 0.3, &walls);

@@ -37,31 +37,33 @@ use crate::common::{
 /// With this exposure, a nit is 1 in the HDR target.
 pub const UNIT_EV100: f32 = -0.263_034;
 
-/// Every technique that computes light.
-pub const BOTH: [GiTechnique; 2] = [
-    GiTechnique::of::<VoxelConeTracing>(),
-    GiTechnique::of::<RadianceHints>(),
-];
+/// Voxel cone tracing, and radiance hints.
+pub const CONES: GiTechnique = GiTechnique::new("vct");
+pub const HINTS: GiTechnique = GiTechnique::new("hints");
+
+/// Every technique of the plugin that computes light; `custom.rs` holds the list against the plugin's own.
+pub const TECHNIQUES: [GiTechnique; 2] = [CONES, HINTS];
 
 /// A headless app with the plugin, no ambient light, and emission in nits; with voxel cone tracing, unless a test
 /// chooses another technique.
 pub fn app() -> Headless {
-    app_on(WgpuSettings::default())
+    app_on(WgpuSettings::default(), |_| {})
 }
 
-/// The same on a device of that making.
-pub fn app_on(device: WgpuSettings) -> Headless {
+/// The same on a device of that making, with what `configure` adds.
+pub fn app_on(device: WgpuSettings, configure: impl FnOnce(&mut App)) -> Headless {
     Headless::on(device, |app| {
         app.add_plugins(GiPlugins)
             .insert_resource(ClearColor(Color::BLACK))
             .insert_resource(GlobalAmbientLight::NONE)
             .insert_resource(GiSettings {
-                technique: GiTechnique::of::<VoxelConeTracing>(),
+                technique: CONES,
                 replace_ambient: true,
                 sky: GiSky::Black,
                 emissive_units: bevy_gi::EmissiveUnits::Nits,
                 ..default()
             });
+        configure(app);
     })
 }
 
@@ -130,7 +132,7 @@ pub fn room(
 /// A room of 4 m with a lamp and a volume in it, whose irradiance is seen from inside; with radiance hints.
 pub fn lit_room(albedo: [f32; 3], volume: impl Bundle) -> (Headless, Entity, Handle<Image>) {
     let mut headless = app();
-    choose(&mut headless, GiTechnique::of::<RadianceHints>());
+    choose(&mut headless, HINTS);
     let walls = material(&mut headless, diffuse(albedo));
     let half = Vec3::splat(2.0);
     room(&mut headless, -half, half, 0.3, &walls);

@@ -14,7 +14,8 @@ use crate::{
         },
     },
     support::{
-        app, assert_sane, camera, choose, material, mean, room, settle, show, spawn_cornell,
+        CONES, HINTS, app, assert_sane, camera, choose, material, mean, room, settle, show,
+        spawn_cornell,
     },
 };
 
@@ -47,12 +48,12 @@ fn check_stillness(technique: GiTechnique, most: f32) {
 
 #[test]
 fn a_still_picture_stands_still() {
-    check_stillness(GiTechnique::of::<VoxelConeTracing>(), 0.0075);
+    check_stillness(CONES, 0.0075);
 }
 
 #[test]
 fn a_still_picture_of_hints_stands_still() {
-    check_stillness(GiTechnique::of::<RadianceHints>(), 0.002);
+    check_stillness(HINTS, 0.002);
 }
 
 /// Frames until the light of a lamp that is switched has come to 90 % of where it goes, for good, and that none of
@@ -95,12 +96,12 @@ fn check_reaction(technique: GiTechnique, most: u32) {
 
 #[test]
 fn light_that_changes_is_followed() {
-    check_reaction(GiTechnique::of::<VoxelConeTracing>(), 40);
+    check_reaction(CONES, 40);
 }
 
 #[test]
 fn hints_follow_light_that_changes() {
-    check_reaction(GiTechnique::of::<RadianceHints>(), 8);
+    check_reaction(HINTS, 8);
 }
 
 /// A lit room; its irradiance, seen from inside.

@@ -24,7 +24,7 @@ use bevy_gi::{
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
     support::{
-        Voxels, app, camera, choose, in_render_world, lit_room, material, mean, read_voxels,
+        CONES, Voxels, app, camera, choose, in_render_world, lit_room, material, mean, read_voxels,
         read_vpls, settle, slab,
     },
 };
@@ -36,7 +36,7 @@ const EYE: f32 = 6.0;
 /// wanted: voxels and shadow maps by the technique, reflective shadow maps as they are shown.
 fn volume() -> (Headless, Entity) {
     let mut headless = app();
-    choose(&mut headless, GiTechnique::of::<VoxelConeTracing>());
+    choose(&mut headless, CONES);
     let world = headless.app.world_mut();
     world.resource_mut::<GiDebugSettings>().show_vpls = true;
     world.spawn(GiVolume::new(Vec3::splat(3.2)).with_resolution(32));

@@ -120,18 +120,12 @@ impl Technique for RadianceHints {
     }
 
     fn gather(server: &AssetServer) -> LookupShader {
-        LookupShader {
-            shader: load_embedded_asset!(server, "gather.wgsl"),
-            entry: "gather_hints",
-            defs: pipelines::shader_defs(),
-        }
+        let shader = load_embedded_asset!(server, "gather.wgsl");
+        LookupShader::new(shader, "gather_hints", pipelines::shader_defs())
     }
 
     fn export(server: &AssetServer) -> LookupShader {
-        LookupShader {
-            shader: load_embedded_asset!(server, "export.wgsl"),
-            entry: "export_hints",
-            defs: pipelines::shader_defs(),
-        }
+        let shader = load_embedded_asset!(server, "export.wgsl");
+        LookupShader::new(shader, "export_hints", pipelines::shader_defs())
     }
 }

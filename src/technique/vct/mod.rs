@@ -97,18 +97,12 @@ impl Technique for VoxelConeTracing {
     }
 
     fn gather(server: &AssetServer) -> LookupShader {
-        LookupShader {
-            shader: load_embedded_asset!(server, "gather.wgsl"),
-            entry: "gather_vct",
-            defs: pipelines::shader_defs(),
-        }
+        let shader = load_embedded_asset!(server, "gather.wgsl");
+        LookupShader::new(shader, "gather_vct", pipelines::shader_defs())
     }
 
     fn export(server: &AssetServer) -> LookupShader {
-        LookupShader {
-            shader: load_embedded_asset!(server, "export.wgsl"),
-            entry: "export_vct",
-            defs: pipelines::shader_defs(),
-        }
+        let shader = load_embedded_asset!(server, "export.wgsl");
+        LookupShader::new(shader, "export_vct", pipelines::shader_defs())
     }
 }
