@@ -74,8 +74,8 @@ pub struct VoxelConeTracingSettings {
     /// all voxels in each frame, 8 traces an eighth. Range 1..=8, default 2. Cost: inversely proportional, but
     /// a bounce takes as many frames.
     pub bounce_interval: u32,
-    /// Number of cones per voxel that trace bounced light. Range 1..=16, default 6. Cost: proportional, only
-    /// while things change.
+    /// Number of cones that trace bounced light, per voxel and per side of a probe that lights forward-rendered
+    /// objects. Range 1..=16, default 6. Cost: proportional, only while things change.
     pub bounce_cones: u32,
     /// Whether glossy and metallic surfaces trace a specular cone (Crassin 2011, section 7). Default `true`.
     /// Cost: a cone per gathered pixel of such surfaces.
