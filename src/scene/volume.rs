@@ -49,8 +49,8 @@ pub struct GiVolume {
     /// Voxels along the longest side. Range 32..=512, default 128. The other sides get as many cubic voxels as
     /// they need, rounded up to whole cells of the coarsest mip level.
     pub resolution: u32,
-    /// Whether the volume follows the GI camera with the lowest order. It moves in steps of whole cells, of the
-    /// coarsest mip level that is stable under motion; the translation of its `Transform` is an offset. Default
+    /// Whether the volume follows the active GI camera with the lowest order. It moves in whole cells of the
+    /// coarsest mip level that is stable under motion. The translation of its `Transform` is an offset. Default
     /// `false`. Cost: the volume is voxelized and lit again at each step.
     pub follow_camera: bool,
     /// Width of the border inside the volume over which its light blends into that of coarser volumes, or into

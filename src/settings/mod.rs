@@ -63,7 +63,7 @@ pub enum EmissiveUnits {
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum LightShare {
-    /// In proportion to the light of each that surfaces reflect. This has the least noise.
+    /// In proportion to the light from each that surfaces reflect. This has the least noise.
     #[default]
     Power,
     /// The same number for each light, so that a dim light beside a bright one is sampled as well.

@@ -47,7 +47,7 @@ pub enum HintSampling {
     /// left out.
     Disk,
     /// Random texels in a disk, each of which counts for its share of the whole map, as in the paper. The
-    /// smaller the disk, the more the result is too bright.
+    /// result is too bright, the more so the smaller the disk.
     DiskLiteral,
 }
 
