@@ -1,4 +1,4 @@
-//! [`GiCamera`]: opts a camera into global illumination.
+//! [`GiCamera`]: enables global illumination for a camera.
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
@@ -25,21 +25,25 @@ use crate::{
 
 /// A camera with this component shows global illumination.
 ///
-/// It brings what it needs: an HDR target, the depth, motion-vector and deferred prepasses, and
-/// MSAA off (Bevy's deferred renderer knows no MSAA). Where that changes a choice of the camera's
-/// own, the log says so once.
+/// It brings what it needs: an HDR target, the depth, motion-vector and deferred prepasses, and MSAA off
+/// (Bevy's deferred renderer does not support MSAA). Where that overrides a choice of the camera, the log says
+/// so once.
 ///
-/// Light is computed once for all GI cameras, since what it meets does not depend on who looks. What takes part is
-/// what some active GI camera would see if it looked there: meshes and lights on the `RenderLayers` of any of them,
-/// and of meshes with a `VisibilityRange` those that the primary camera, the active one of the lowest `order`, would
-/// see; one level of detail turns into the next in the middle of their margins. So cameras whose layers differ share
-/// the light of all of these layers. As in Bevy, a mesh casts into the shadow maps of those lights with which it
-/// shares a layer.
+/// # Several cameras
 ///
-/// # Cameras above it
+/// Light is computed once for all GI cameras, since it does not depend on the viewpoint. An object takes part
+/// if some active GI camera would see it in view: meshes and lights on the `RenderLayers` of any of these
+/// cameras. Of meshes with a `VisibilityRange`, those take part that the primary camera would see, which is the
+/// active one with the lowest `order`; one level of detail replaces the next in the middle of their margins.
+/// Cameras whose layers differ therefore share the light of all of these layers. As in Bevy, a mesh casts
+/// shadows only from lights with which it shares a layer.
 ///
-/// What draws over it on the same target, such as a camera for the user interface, has a higher
-/// `Camera::order`, and clears nothing. With `Hdr` and `Msaa::Off` it shares this camera's texture; without, it
+/// Cameras side by side each have a `Camera::viewport`, and all but the first clear nothing.
+///
+/// # Overlay cameras
+///
+/// A camera that renders over this one on the same target, for example for the user interface, has a higher
+/// `Camera::order` and clears nothing. With `Hdr` and `Msaa::Off` it shares this camera's texture. Otherwise it
 /// is blended over the picture from a texture of its own.
 ///
 /// ```no_run
@@ -51,14 +55,12 @@ use crate::{
 ///     commands.spawn((Camera2d, over, Hdr, Msaa::Off));
 /// }
 /// ```
-///
-/// Cameras side by side each have a `Camera::viewport`, and all but the first clear nothing.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Camera3d, Hdr, DepthPrepass, MotionVectorPrepass, DeferredPrepass)]
 #[serde(default)]
 pub struct GiCamera {
-    /// The technique of this camera; `None` (default) follows [`GiSettings::technique`].
+    /// Technique of this camera. `None`, the default, follows [`GiSettings::technique`].
     pub technique: Option<GiTechnique>,
 }
 
@@ -70,7 +72,8 @@ impl GiCamera {
         }
     }
 
-    /// The technique in force for this camera: its own or the general one, where the device can run it.
+    /// The technique that this camera shows: its own or that of the settings, or [`GiTechnique::OFF`] where the
+    /// device cannot run it.
     pub fn active_technique(&self, settings: &GiSettings, support: &GiSupport) -> GiTechnique {
         support.in_force(self.technique.unwrap_or(settings.technique))
     }
@@ -79,7 +82,7 @@ impl GiCamera {
 /// A [`GiCamera`] in the render world.
 #[derive(Component, Clone, Debug)]
 pub struct ExtractedGiCamera {
-    /// The one in force.
+    /// The technique that it shows.
     pub(crate) technique: GiTechnique,
     /// The camera's own ambient light.
     ambient: Option<AmbientLight>,

@@ -1,5 +1,5 @@
-//! Real-time global illumination for [Bevy](https://bevy.org) on ordinary GPUs: light that bounces,
-//! without ray-tracing hardware and without baking.
+//! Real-time global illumination for [Bevy](https://bevy.org): bounced light without ray-tracing hardware and
+//! without baking.
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -9,31 +9,57 @@
 //!     .add_plugins((DefaultPlugins, GiPlugins))
 //!     .add_systems(Startup, |mut commands: Commands| {
 //!         commands.spawn((Camera3d::default(), GiCamera::default()));
-//!         // Where light is computed: metres; the Transform places it.
+//!         // Where light is computed. The size is in metres; a Transform places it.
 //!         commands.spawn(GiVolume::new(Vec3::new(20.0, 10.0, 12.0)));
 //!     })
 //!     .run();
 //! ```
 //!
+//! # Where to start
+//!
+//! | task | type |
+//! |---|---|
+//! | enable global illumination for a camera | [`GiCamera`] |
+//! | choose where it is computed | [`GiVolume`], [`GiCascades`] for large worlds, [`ProbeSet`] for the placement of probes |
+//! | choose the technique and the quality | [`GiSettings`], [`GiTechnique`], [`GiQuality`] |
+//! | tune a technique | [`RadianceHintsSettings`], [`VoxelConeTracingSettings`] |
+//! | exclude a light or a mesh | [`GiLight`], [`NotGiCaster`] |
+//! | let custom materials bounce light | [`GiMaterial`], [`GiMaterialPlugin`] |
+//! | reset after a teleport or a cut | [`GiHistory`] |
+//! | find out why it is off | [`GiSupport`] |
+//! | debug and measure | [`GiDebugSettings`], [`GiView`], [`GiStatistics`], [`last_frame`] |
+//! | write a technique | [`technique::Technique`], [`TechniquePlugin`] |
+//!
 //! # Techniques
 //!
-//! | [`GiTechnique`] | module | idea |
+//! | name | module | idea |
 //! |---|---|---|
-//! | `"hints"`, the default | [`technique::hints`] | a coarse lattice of points holds the light, surfaces interpolate |
-//! | `"vct"` | [`technique::vct`] | voxelize, light, filter, trace cones per pixel: glossy reflections |
+//! | `"hints"`, the default | [`technique::hints`] | a coarse lattice of points stores light, and surfaces interpolate it |
+//! | `"vct"` | [`technique::vct`] | scene is voxelized, lit and filtered, and cones are traced per pixel; glossy reflections |
 //!
-//! # How it hangs together
+//! [`GiTechniques`] lists the techniques of an app, its own included.
 //!
-//! [`GiSystems`] is the frame as one list. [`scene`] captures what light sees: voxels, shadow maps,
-//! lights and sky. A [`technique`] turns that into a cache, and looks it up per pixel. The rest,
-//! the same for all techniques, accumulates over frames, brings the light to full resolution, and
-//! adds it to the camera's HDR target.
+//! # Features
+//!
+//! | feature | adds |
+//! |---|---|
+//! | `inspector` | module `inspector`: an Egui panel with all parameters, times, memory and debug views |
+//! | `reference` | module `reference`: a path tracer on the CPU over the same world, to compare with |
+//!
+//! Neither is enabled by default.
+//!
+//! # Architecture
+//!
+//! [`GiSystems`] lists the passes of a frame in order, [`GiPrepare`] the steps that prepare them. [`scene`]
+//! captures the scene: voxels, shadow maps, lights and sky. A [`technique`] turns the capture into a cache, and
+//! looks it up per pixel. The rest is the same for all techniques: light is accumulated over frames, upsampled
+//! to full resolution, and added to the camera's HDR target.
 //!
 //! # Units
 //!
-//! Everything is photometric, linear, Rec. 709: directional lights in lux, point and spot lights in
-//! candela (Bevy's lumens over 4 pi), emission and caches in nits. Exposure is applied once, at the
-//! end, as Bevy does. A closed room with walls of albedo 1/2 that emit 1 nit has 2 nits.
+//! All light is photometric, linear, with Rec. 709 primaries: directional lights in lux, point and spot lights
+//! in candela (Bevy's lumens over 4 pi), emission and caches in nits. Exposure is applied once, at the end, as
+//! in Bevy. For example, a closed room with walls of albedo 1/2 that emit 1 nit has 2 nits.
 #![warn(missing_docs)]
 
 mod apply;
@@ -88,7 +114,7 @@ pub use technique::{
 };
 pub use technique_plugin::TechniquePlugin;
 
-/// What an app usually needs.
+/// What most apps need.
 pub mod prelude {
     pub use crate::{
         GiCamera, GiCascades, GiDebugSettings, GiHistory, GiLight, GiMaterialPlugin, GiPlugins,

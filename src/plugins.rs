@@ -17,7 +17,16 @@ use crate::{
     technique_plugin::TechniquePlugin,
 };
 
-/// Everything. Add it after `DefaultPlugins`.
+/// All plugins of this crate. Add them after `DefaultPlugins`.
+///
+/// | plugins | duty |
+/// |---|---|
+/// | schedule, settings, cameras, overlay cameras, forward views | the order of a frame, and what the app sets |
+/// | GPU, surfaces, scene, apply, debug | device support, capture, gather, accumulation, composite, debug views |
+/// | [`TechniquePlugin`] for [`VoxelConeTracing`] and [`RadianceHints`] | the techniques |
+///
+/// Plugins of an app's own, such as [`TechniquePlugin`] and [`GiMaterialPlugin`](crate::GiMaterialPlugin), come
+/// after them.
 pub struct GiPlugins;
 
 impl PluginGroup for GiPlugins {

@@ -1,11 +1,13 @@
 //! The frame, as two lists.
 //!
-//! [`GiPrepare`] decides what a frame does, and makes memory and bind groups for it; [`GiSystems`] records its passes.
-//! Every system of either kind is in one of these sets, and the sets are chained once, in [`SchedulePlugin`].
+//! [`GiPrepare`] decides what a frame does, and makes memory and bind groups for it; [`GiSystems`] records its
+//! passes. Every system of either kind is in one of these sets, and the sets are chained once, in
+//! [`SchedulePlugin`].
 //!
-//! What changes in the main world is seen in the same frame: it is extracted, prepared, captured, lit and
-//! gathered in this order. Three things arrive a frame late, because the GPU knows them first: how many bricks the
-//! voxels need, the depth that the primary camera saw, and a cache or a history that has just been made.
+//! A change in the main world is visible in the same frame: it is extracted, prepared, captured, lit and
+//! gathered in this order. Three things arrive a frame late, because the GPU knows them first: the number of
+//! bricks that the voxels need, the depth that the primary camera saw, and a cache or a history that has just
+//! been made.
 
 use bevy::{
     app::{App, Plugin},
@@ -24,46 +26,46 @@ use bevy::{
 /// Steps of one frame of global illumination, in the order in which they run.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GiSystems {
-    /// Once per frame, view independent: voxels, shadow maps and lights are brought up to date.
-    /// Nothing is captured again while nothing changed.
+    /// Once per frame, independent of views: voxels, shadow maps and lights are updated. Nothing is captured
+    /// again while nothing has changed.
     CaptureScene,
-    /// Once per frame: each active technique turns the capture into its cache.
+    /// Once per frame: each technique in use updates its caches from the capture.
     UpdateCaches,
-    /// Once per frame: the caches are looked up at the probes of Bevy's irradiance volumes, for what is
-    /// drawn forward.
+    /// Once per frame: the caches are looked up at the probes of Bevy's irradiance volumes, for
+    /// forward-rendered objects.
     Export,
-    /// Per GI camera: the technique's cache is looked up for every gathered pixel.
+    /// Per GI camera: the cache of its technique is looked up for every gathered pixel.
     Gather,
-    /// Per GI camera: temporal accumulation of the gathered light, and a spatial filter of it.
+    /// Per GI camera: temporal accumulation of the gathered light, then a spatial filter.
     Denoise,
-    /// Per GI camera: the light is brought to full resolution and added to the HDR target.
+    /// Per GI camera: light is upsampled to full resolution and added to the HDR target.
     Composite,
-    /// Per GI camera: the irradiance volumes are filled, now that the deferred pixels have their light.
+    /// Per GI camera: the irradiance volumes are filled, once deferred pixels have their light.
     ShowExport,
-    /// Per GI camera: they are emptied, once all that is drawn forward has its light too.
+    /// Per GI camera: the irradiance volumes are emptied, once forward-rendered objects have their light.
     HideExport,
-    /// Once per frame: what debug views show at points of space is gathered.
+    /// Once per frame: data of debug views at points in space are collected.
     FillDebug,
-    /// Per GI camera: debug views that do not belong to the composite.
+    /// Per GI camera: debug views that are not part of the composite are drawn.
     ShowDebug,
 }
 
 /// Steps of preparation in the render world, in the order in which they run.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GiPrepare {
-    /// Memory of the capture, and which parts of it are drawn anew: lights, shadow maps, voxels. In
-    /// [`RenderSystems::PrepareResources`](bevy::render::RenderSystems::PrepareResources), as the only one.
+    /// Memory of the capture, and which parts of it are rendered again: lights, shadow maps, voxels. The only
+    /// step in [`RenderSystems::PrepareResources`](bevy::render::RenderSystems::PrepareResources).
     Scene,
-    /// Bind groups of the scene, and of what cameras see. This and the following steps are in
+    /// Bind groups of the scene and of the surfaces that cameras see. This and the following steps are in
     /// [`RenderSystems::PrepareBindGroups`](bevy::render::RenderSystems::PrepareBindGroups).
     Bindings,
     /// Which probes of volumes trace rays.
     Probes,
     /// What each technique computes.
     Caches,
-    /// For each GI camera: gather, history and filter; for each volume: export.
+    /// Gather, history and filter of each GI camera; export of each volume.
     Views,
-    /// The composite of each GI camera, and debug views.
+    /// Composite of each GI camera, and debug views.
     Composite,
 }
 

@@ -38,7 +38,8 @@ use crate::{
 
 /// Adds a [`Technique`] to an app: cameras can use it, the inspector lists it, and its settings are a resource.
 ///
-/// [`GiPlugins`](crate::GiPlugins) has one for each technique of this crate; add one for your own after it.
+/// [`GiPlugins`](crate::GiPlugins) adds one for each technique of this crate. Add one for a technique of your
+/// own after it.
 pub struct TechniquePlugin<T>(PhantomData<T>);
 
 impl<T> Default for TechniquePlugin<T> {

@@ -1,10 +1,10 @@
-//! Debug views: parts of the light, of the surfaces and of what techniques keep, in place of the
-//! picture or inside of it.
+//! Debug views: components of the light, surfaces, and the data of techniques, instead of the picture or inside
+//! it.
 //!
-//! Views of the screen are drawn by the composite, views of voxels by `voxels.rs`, into which a technique
-//! puts its own cells as a `VoxelView`, views from lights by `light_maps.rs`. What lies at points of space is
-//! drawn inside of the picture: volumes and their cells as gizmos (`gizmos.rs`), everything else as spheres by
-//! one instanced pass (`shapes.rs`), for which a technique puts its own points into a `DebugShapes`.
+//! The composite draws views of the screen. `voxels.rs` draws views of voxels; a technique adds its own cells
+//! as a `VoxelView`. `light_maps.rs` draws views from lights. Objects at points in space are drawn inside the
+//! picture: volumes and their cells as gizmos (`gizmos.rs`), everything else as spheres in one instanced pass
+//! (`shapes.rs`); a technique adds its own points as `DebugShapes`.
 
 mod gizmos;
 pub(crate) mod light_maps;
@@ -32,52 +32,53 @@ use crate::{
     settings::{Clamp, Clamped, FieldRange, SettingsResource, SettingsResourcePlugin},
 };
 
-/// What to show for debugging. The same for all GI cameras; those whose technique is off show their
-/// picture.
+/// Debug views. The same for all GI cameras; cameras whose technique is off show their picture.
 #[derive(
     Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, Default, PartialEq,
 )]
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GiDebugSettings {
-    /// What GI cameras show. Default: the picture.
+    /// What GI cameras show. Default [`GiView::Full`], the picture.
     pub view: GiView,
-    /// Level of the voxel views: 0 are voxels, each further one has cells of twice the size. Range
-    /// 0..=8, default 0; levels that a volume does not have show its coarsest. Radiance and opacity
-    /// start at level 1, with cells of two voxels.
+    /// Mip level of the voxel views. Level 0 shows voxels; each further level has cells of twice the size.
+    /// Radiance and opacity start at level 1, with cells of two voxels. A level that a volume does not have
+    /// shows its coarsest. Range 0..=8, default 0.
     pub voxel_level: u32,
-    /// Shows voxels in a cut through the volume rather than as cubes. Default: no cut.
+    /// Axis of the slice through the volume in which voxel views show voxels. Default [`GiSlice::None`]: voxels
+    /// are shown as cubes.
     pub slice: GiSlice,
-    /// Where the cut is, from one side of the volume to the other. Range 0..=1, default 0.
+    /// Position of the slice, from one side of the volume to the other. Range 0..=1, default 0.
     pub slice_at: f32,
-    /// Draws the bounds of each volume, and its coarsest cells, with gizmos. Default `false`.
+    /// Draws the bounds of each volume and its coarsest cells with gizmos. Default `false`.
     pub show_volumes: bool,
-    /// Draws the probes through which forward and transparent materials are lit, as spheres that show
-    /// the light from all sides. Default `false`. Needs
-    /// [`GiSettings::forward_light`](crate::GiSettings::forward_light).
+    /// Draws the probes that light forward-rendered objects, as spheres that show the light from all sides.
+    /// Needs [`GiSettings::forward_light`](crate::GiSettings::forward_light). Default `false`.
     pub show_probes: bool,
-    /// Draws the virtual point lights of the reflective shadow maps as small spheres that show what their
-    /// patch of surface radiates. Default `false`.
+    /// Draws the virtual point lights of the reflective shadow maps, as small spheres that show the light that
+    /// their patch of surface reflects. Default `false`.
     pub show_vpls: bool,
-    /// Draws the hints of [radiance hints](crate::technique::hints), where they stand, as spheres that show the
-    /// light from all sides. Default `false`. With a [`slice`](Self::slice), those of one layer.
+    /// Draws the hints of [radiance hints](crate::technique::hints) at their positions, as spheres that show
+    /// the light from all sides. With a [`slice`](Self::slice), only the hints of one layer. Default `false`.
     pub show_hints: bool,
-    /// What those show. Default: all light.
+    /// What the spheres of hints show. Default [`HintView::Light`], all light.
     pub hint_view: HintView,
-    /// The picture, too, is lit by just what [`hint_view`](Self::hint_view) names, if that is a part of the light:
-    /// a single bounce, emission or, with [`GiSettings::replace_ambient`](crate::GiSettings::replace_ambient), the
-    /// sky. Default `false`.
+    /// Restricts the indirect light in the picture to the component that [`hint_view`](Self::hint_view)
+    /// selects: a single bounce, emission or, with
+    /// [`GiSettings::replace_ambient`](crate::GiSettings::replace_ambient), the sky. Has no effect if that is
+    /// not a component of the light. Default `false`.
     pub only_hint_view: bool,
-    /// Draws the point that is picked, the hint that lights it most, and the taps over it at which
-    /// [`HintReconstruction::Taps`](crate::HintReconstruction) reads. Default `false`.
+    /// Draws the picked point, the hint that lights it most, and the taps above it at which
+    /// [`HintReconstruction::Taps`](crate::HintReconstruction) samples the hints. Default `false`.
     pub show_taps: bool,
-    /// Marks in views of reflective shadow maps where the picked hint takes its samples, and the disk that they lie
-    /// in, if any. Default `false`.
+    /// Marks, in views of reflective shadow maps, the samples of the picked hint and the disk that contains
+    /// them, if there is one. Default `false`.
     pub show_samples: bool,
-    /// Where the line of sight starts that picks a surface: the first voxel on it. Metres, each
-    /// -1000000..=1000000.
+    /// Start of the ray that picks a surface, which is the first voxel on the ray. Metres, each
+    /// -1000000..=1000000, default 0.
     pub pick_from: Vec3,
-    /// A further point of it. The same point as the first picks that itself. Metres, each -1000000..=1000000.
+    /// A second point on the ray that picks a surface. If it equals `pick_from`, that point itself is picked.
+    /// Metres, each -1000000..=1000000, default 0.
     pub pick_to: Vec3,
 }
 

@@ -3,7 +3,7 @@
 use bevy::{reflect::prelude::*, shader::ShaderDefVal};
 use serde::{Deserialize, Serialize};
 
-/// What GI cameras show.
+/// What GI cameras show. Views named *unexposed* show plain numbers, without exposure and tone mapping.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(u32)]
@@ -11,55 +11,57 @@ pub enum GiView {
     /// The picture.
     #[default]
     Full,
-    /// The picture without indirect light: what is shown with the technique off.
+    /// The picture without indirect light, as with the technique off.
     Direct,
     /// Indirect light alone, diffuse and specular.
     Indirect,
-    /// Its diffuse part.
+    /// Diffuse indirect light.
     Diffuse,
-    /// Its specular part.
+    /// Specular indirect light.
     Specular,
-    /// Diffuse indirect light before the albedo: `E / pi`.
+    /// Diffuse indirect light before it is multiplied by the albedo: `E / pi`.
     Irradiance,
     /// Diffuse albedo, unexposed.
     Albedo,
-    /// Shading normal in the world, `n / 2 + 1/2`, unexposed.
+    /// Shading normal in world space, `n / 2 + 1/2`, unexposed.
     Normal,
     /// Perceptual roughness, unexposed.
     Roughness,
-    /// What is left of diffuse indirect light after the material's occlusion and Bevy's SSAO, unexposed.
+    /// Factor of the material's occlusion and Bevy's SSAO on diffuse indirect light, unexposed.
     Occlusion,
-    /// Motion since the last frame, unexposed.
+    /// Screen-space motion since the last frame, unexposed.
     Motion,
-    /// Past frames that each pixel's indirect light is made of, unexposed.
+    /// Number of frames accumulated in the indirect light of each pixel, unexposed.
     History,
-    /// Which pixels are gathered, and how well those around them stand for the others, unexposed.
+    /// Which pixels are gathered, and how well the gathered pixels around every other pixel represent it,
+    /// unexposed.
     Gather,
-    /// Part of each pixel that some volume lights, unexposed.
+    /// Weight with which volumes light each pixel, unexposed.
     Coverage,
     /// Albedo of voxels, unexposed.
     VoxelAlbedo,
     /// Normal of voxels, `n / 2 + 1/2`, unexposed.
     VoxelNormal,
-    /// What voxels emit.
+    /// Emission of voxels.
     VoxelEmission,
-    /// Light that leaves cells of voxels towards the viewer. Of techniques that keep it: voxel cone tracing.
+    /// Radiance of cells of voxels towards the viewer. Only for techniques that store it: voxel cone tracing.
     VoxelRadiance,
-    /// Opacity of cells of voxels along the view, unexposed. Of techniques that keep it: voxel cone tracing.
+    /// Opacity of cells of voxels along the view direction, unexposed. Only for techniques that store it: voxel
+    /// cone tracing.
     VoxelOpacity,
-    /// Depth as each light sees the scene, side by side, unexposed.
+    /// All shadow maps, side by side: depth from each light, unexposed.
     ShadowMaps,
-    /// What surfaces send on of each light's own light, as the light sees them.
+    /// All reflective shadow maps: light of each lamp that the surfaces in its view reflect.
     RsmFlux,
-    /// Their normals, `n / 2 + 1/2`, unexposed.
+    /// All reflective shadow maps: normals, `n / 2 + 1/2`, unexposed.
     RsmNormal,
-    /// Their albedo, unexposed.
+    /// All reflective shadow maps: albedo, unexposed.
     RsmAlbedo,
-    /// Their depth, unexposed.
+    /// All reflective shadow maps: depth, unexposed.
     RsmDepth,
 }
 
-/// Who draws a view.
+/// The part of the crate that draws a view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Painter {
     /// Nobody: it is Bevy's picture.
@@ -75,7 +77,7 @@ pub(crate) enum Painter {
 }
 
 impl GiView {
-    /// Every view, in the order in which keys go through them.
+    /// Every view, in the order in which examples cycle through them.
     pub const ALL: [Self; 24] = [
         Self::Full,
         Self::Direct,
@@ -103,7 +105,7 @@ impl GiView {
         Self::RsmDepth,
     ];
 
-    /// Lower-case name, as used by the viewer's `--view`.
+    /// Lower-case name, as in the viewer's `--view`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Full => "full",
@@ -133,7 +135,7 @@ impl GiView {
         }
     }
 
-    /// What the colours mean, with their range.
+    /// Meaning of the colours, with their range.
     pub const fn legend(self) -> &'static str {
         match self {
             Self::Full => "the picture, exposed",
@@ -181,12 +183,12 @@ impl GiView {
         }
     }
 
-    /// The view of that [`name`](Self::name).
+    /// The view with this [`name`](Self::name).
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|view| view.name() == name)
     }
 
-    /// Whether it shows luminances, which are exposed, rather than plain numbers.
+    /// Whether the view shows luminances, which are exposed, rather than plain numbers.
     pub const fn is_luminance(self) -> bool {
         matches!(
             self,
@@ -229,7 +231,7 @@ impl GiView {
     }
 }
 
-/// What the spheres of hints show. See [`RadianceHintsSettings`](crate::RadianceHintsSettings).
+/// What the spheres of hints show, see [`GiDebugSettings::show_hints`](crate::GiDebugSettings::show_hints).
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(u32)]
@@ -237,36 +239,37 @@ pub enum HintView {
     /// All light, exposed.
     #[default]
     Light,
-    /// Light of lamps that has bounced once, exposed.
+    /// Light of lamps after one bounce, exposed.
     FirstBounce,
     /// Light of emissive surfaces, exposed.
     Emission,
     /// Light of the sky, exposed.
     Sky,
-    /// What has bounced once more than those three, exposed.
+    /// Light one bounce after the first bounce, emission and the sky, exposed.
     SecondBounce,
-    /// What has bounced more often, exposed.
+    /// Light of all later bounces, exposed.
     LaterBounces,
-    /// Distance of the nearest of what lights the hint, over the reach: black 0, white 1 or more.
+    /// Distance of the nearest surface that lights the hint, relative to the reach: black 0, white 1 or more.
     Nearest,
-    /// Distance of the farthest, likewise.
+    /// Distance of the farthest surface that lights the hint, relative to the reach: black 0, white 1 or more.
     Farthest,
-    /// Whether the hint sees the picked one, as equation 11 guesses: black 0, white 1.
+    /// Visibility between the hint and the picked hint as estimated by equation 11: black 0, white 1.
     Visibility,
-    /// How likely light comes from there, `1 - nearest` (equation 9 before its sum is 1): black 0, white 1.
+    /// Probability that light comes from around the hint, `1 - nearest` (equation 9 before normalisation):
+    /// black 0, white 1.
     Confidence,
-    /// Mean albedo of the surfaces around, where light bounces from hint to hint in colour.
+    /// Mean albedo of the surfaces around the hint, used for coloured bounces between hints.
     Albedo,
-    /// Where spherical harmonics ring: irradiance below zero, over what the same light from everywhere would
-    /// give. Black 0, red 1.
+    /// Ringing of the spherical harmonics: negative irradiance, relative to the irradiance of the same light
+    /// from all directions. Black 0, red 1.
     Negative,
-    /// Where light would leak without [`ProbeSet::visibility`](crate::ProbeSet::visibility): part of the six
+    /// Where light would leak without [`ProbeSet::visibility`](crate::ProbeSet::visibility): share of the six
     /// neighbours that the hint does not see. Black 0, red 1.
     Leak,
 }
 
 impl HintView {
-    /// What the colours mean, with their range.
+    /// Meaning of the colours, with their range.
     pub const fn legend(self) -> &'static str {
         match self {
             Self::Light => "all light that arrives from each side, exposed",
@@ -290,18 +293,18 @@ impl HintView {
     }
 }
 
-/// A cut through voxels, at right angles to an axis of the world.
+/// A slice through voxels, perpendicular to a world axis.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum GiSlice {
-    /// No cut: voxels are shown as cubes.
+    /// No slice: voxels are shown as cubes.
     #[default]
     None,
-    /// The plane of y and z.
+    /// The yz plane.
     X,
-    /// The plane of x and z.
+    /// The xz plane.
     Y,
-    /// The plane of x and y.
+    /// The xy plane.
     Z,
 }

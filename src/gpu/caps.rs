@@ -13,7 +13,7 @@ use bevy::{
     },
 };
 
-/// Whether global illumination can run here, and with which techniques. Inserted into both worlds.
+/// Whether global illumination can run on this device, and with which techniques. Inserted into both worlds.
 ///
 /// Cameras whose technique cannot run render as with [`GiTechnique::OFF`](crate::GiTechnique::OFF).
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
@@ -25,12 +25,12 @@ pub struct GiSupport {
 }
 
 impl GiSupport {
-    /// Whether everything is there that all techniques need.
+    /// Whether the device has everything that all techniques need.
     pub fn is_supported(&self) -> bool {
         self.missing.is_none()
     }
 
-    /// One sentence where none of the techniques can run: what is missing, and how to get it.
+    /// If no technique can run: what the device lacks, and how to get it, in one sentence.
     pub fn reason(&self) -> Option<&str> {
         self.missing.as_deref()
     }
@@ -104,15 +104,15 @@ pub(crate) fn supported(support: Option<Res<GiSupport>>) -> bool {
     support.is_some_and(|support| support.is_supported())
 }
 
-/// What a part of the crate needs of a device, of what not every device has. The numbers are those of its layouts,
-/// which `device_tests.rs` counts.
+/// What passes need of a device, of the limits that not every device has. The numbers are those of their bind
+/// group layouts, which `device_tests.rs` counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeviceNeeds {
     /// Storage buffers in all layouts of a pipeline together, per shader stage.
     pub storage_buffers: u32,
-    /// Storage textures likewise.
+    /// Storage textures in all layouts of a pipeline together, per shader stage.
     pub storage_textures: u32,
-    /// Texels along the longest side of its 3D textures, with the highest settings.
+    /// Texels along the longest side of its 3D textures, at the highest settings.
     pub texture_3d: u32,
 }
 

@@ -6,10 +6,10 @@ use bevy_egui::egui;
 use super::{GiInspector, fields, rust, shaders};
 use crate::{GiHistory, GiSettings, GiSettingsRegistry};
 
-/// All settings of a world as RON: a map from the names of their types.
+/// All settings of a world as RON: a map from type names to values.
 ///
 /// # Errors
-/// What the format says; a world without settings.
+/// The error of the format; a world without settings.
 pub fn to_ron(world: &World) -> Result<String, String> {
     let registry = world
         .get_resource::<GiSettingsRegistry>()
@@ -24,10 +24,10 @@ pub fn to_ron(world: &World) -> Result<String, String> {
     Ok(text)
 }
 
-/// Sets the settings of a world from such text.
+/// Sets the settings of a world from RON, as [`to_ron`] writes it.
 ///
 /// # Errors
-/// What is wrong with the text, and where; nothing is changed then.
+/// What is wrong with the text, and where. Nothing is changed then.
 pub fn from_ron(world: &mut World, text: &str) -> Result<(), String> {
     let registry = world
         .get_resource::<GiSettingsRegistry>()

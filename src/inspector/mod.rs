@@ -1,4 +1,4 @@
-//! The inspector: one panel to tune everything with, and to see what it costs.
+//! The inspector: a panel with all parameters and their cost.
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -9,15 +9,15 @@
 //!
 //! App::new()
 //!     .add_plugins((DefaultPlugins, GiPlugins))
-//!     // The app brings Egui: two plugins of that kind would not get on.
+//!     // Leave the first plugin out if the app has Egui already.
 //!     .add_plugins((EguiPlugin::default(), GiInspectorPlugin::default()))
 //!     .run();
 //! ```
 //!
-//! F1 opens it. What it lists comes from reflection: all fields of all resources in
+//! F1 opens it. Its contents come from reflection: all fields of all resources in
 //! [`crate::GiSettingsRegistry`], with their ranges, units and documentation.
 //!
-//! While it is closed, no system of it runs but the one that waits for its key.
+//! While the panel is closed, only the system that waits for its key runs.
 
 mod cost;
 mod fields;
@@ -41,21 +41,21 @@ use bevy::{
 use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
 use bevy_inspector_egui::DefaultInspectorConfigPlugin;
 
-/// The Egui that the panel is drawn with.
+/// The `bevy_egui` that draws the panel.
 pub use bevy_egui;
 pub use files::{from_ron, to_ron};
 pub use panel::Tab;
 
 use crate::GiSettingsRegistry;
 
-/// Adds the panel. Needs Egui: without an `EguiPlugin` in the app, it warns and does nothing.
+/// Adds the panel. It needs Egui: without an `EguiPlugin` in the app, it warns and does nothing.
 ///
-/// Adds Bevy's `RenderDiagnosticsPlugin`, which measures passes, unless the app has it: add one of your
-/// own first.
+/// It adds Bevy's `RenderDiagnosticsPlugin`, which times passes, unless the app already has it. To add your
+/// own, add it before this plugin.
 pub struct GiInspectorPlugin {
-    /// The key that opens and closes the panel. Default F1.
+    /// The key that opens and closes the panel; `None` for no key. Default F1.
     pub key: Option<KeyCode>,
-    /// Whether it is open from the start. Default `false`.
+    /// Whether the panel is open from the start. Default `false`.
     pub open: bool,
 }
 
@@ -71,19 +71,20 @@ impl Default for GiInspectorPlugin {
 /// State of the panel.
 #[derive(Resource, Debug, Clone, PartialEq)]
 pub struct GiInspector {
-    /// Whether it is shown.
+    /// Whether the panel is shown.
     pub open: bool,
-    /// Where it is shown.
+    /// Where the panel is shown. Default [`Dock::Left`].
     pub dock: Dock,
-    /// Which part of it is shown.
+    /// Which tab is shown. Default [`Tab::Settings`].
     pub tab: Tab,
-    /// Only fields whose name or documentation contains this are shown.
+    /// Only fields whose name or documentation contains this text are shown. Default empty: all.
     pub search: String,
-    /// The volume, light or camera whose parameters are shown, and which has handles in the viewport.
+    /// The volume, light or camera whose parameters are shown, and which has handles in the viewport. Default:
+    /// none.
     pub selected: Option<Entity>,
-    /// Where settings are saved, and loaded from.
+    /// File to which settings are saved, and from which they are loaded. Default `gi_settings.ron`.
     pub file: String,
-    /// What came of the last action.
+    /// Result of the last action.
     message: String,
 }
 
@@ -101,14 +102,14 @@ impl Default for GiInspector {
     }
 }
 
-/// Where the panel is.
+/// Where the panel is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dock {
-    /// At the left side of the window.
+    /// On the left side of the window.
     Left,
-    /// At the right side of the window.
+    /// On the right side of the window.
     Right,
-    /// In a window of its own, inside of the app's.
+    /// In a floating panel inside the window.
     Floating,
 }
 

@@ -9,7 +9,7 @@ use crate::{
     SettingsEntry, debug::Painter,
 };
 
-/// A part of the panel.
+/// A tab of the panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tab {
     /// Technique, presets, and all parameters.
@@ -23,10 +23,10 @@ pub enum Tab {
 }
 
 impl Tab {
-    /// All of them, from left to right.
+    /// All tabs, from left to right.
     pub const ALL: [Self; 4] = [Self::Settings, Self::Scene, Self::Cost, Self::Views];
 
-    /// As on its button.
+    /// Text on its button.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Settings => "Settings",

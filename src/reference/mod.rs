@@ -1,28 +1,26 @@
-//! The truth: a path tracer on the CPU over the same Bevy world (feature `reference`).
+//! The reference: a path tracer on the CPU over the same Bevy world (feature `reference`).
 //!
-//! It reads the world as it stands, and computes what the techniques approximate: light along all
-//! paths, with Bevy's own materials (see `bsdf.rs`), lights and sky. Errors of techniques are measured
-//! against it.
+//! It reads the world as it stands, and computes what the techniques approximate: light along all paths, with
+//! Bevy's own materials (see `bsdf.rs`), lights and sky. Errors of techniques are measured against it.
 //!
-//! # How
+//! # Method
 //!
-//! Unidirectional path tracing with next-event estimation to every light, to emissive triangles and to
-//! image skies, weighted against sampling of the material (Veach 1997, balance heuristic); Russian
-//! roulette from the second bounce on; Owen-scrambled Sobol points (Burley 2020). A result depends on
-//! scene, camera, settings and number of samples, and on nothing else: not on threads, not on time.
+//! Unidirectional path tracing with next-event estimation to every light, to emissive triangles and to image
+//! skies, weighted against sampling of the material (Veach 1997, balance heuristic); Russian roulette from the
+//! second bounce on; Owen-scrambled Sobol points (Burley 2020). The result depends only on the scene, the
+//! camera, the settings and the number of samples, not on threads or time.
 //!
-//! # What is direct, what is indirect
+//! # Direct and indirect light
 //!
-//! As in the viewer: *direct* is what a camera shows with the technique off, emission as it is seen plus
-//! one reflection of Bevy's lights; all else is *indirect*, the light of emissive surfaces and of the sky
-//! included.
+//! *Direct* light is what a camera shows with the technique off: visible emission, plus one reflection of
+//! Bevy's lights. All other light is *indirect*, including the light of emissive surfaces and of the sky.
 //!
-//! # What it does not do
+//! # Limits
 //!
-//! See-through materials are left out, as from the capture of the techniques. Clearcoat, anisotropy,
-//! transmission, fog and ambient occlusion maps are not looked at. Lights have no radius, and always cast
-//! shadows. [`GiLight`](crate::GiLight) is not looked at: it says what a technique shall show, not what
-//! is true. Rect lights reflect like all others; Bevy's own shader takes Lambert's law for them.
+//! Transparent materials are left out, as in the capture of the techniques. Clearcoat, anisotropy,
+//! transmission, fog and ambient occlusion maps are ignored. Lights have no radius, and always cast shadows.
+//! [`GiLight`](crate::GiLight) is ignored: it sets how a technique shows a light, not how the light is. Rect
+//! lights reflect like all other lights; Bevy's own shader uses Lambert's law for them.
 
 mod bsdf;
 mod film;
@@ -53,26 +51,26 @@ pub use scene::ReferenceScene;
 use film::Film;
 use sampler::Sampler;
 
-/// The diffuse lobe of materials.
+/// Diffuse lobe of materials.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum DiffuseModel {
-    /// Burley's, as Bevy has it for its lights.
+    /// Burley's lobe, as Bevy uses it for its lights.
     #[default]
     Bevy,
-    /// Lambert's law, as Bevy has it for light from probes, and as other path tracers have it.
+    /// Lambert's law, as Bevy uses it for light from probes, and as other path tracers use it.
     Lambert,
 }
 
-/// The specular lobe of materials: GGX with height-correlated Smith masking.
+/// Specular lobe of materials: GGX with height-correlated Smith masking.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum SpecularModel {
-    /// With Bevy's factor for light that bounces between microfacets, from Karis' fit (2014): metals of
-    /// roughness 0.35 are a tenth brighter with it where they are seen at 60 degrees.
+    /// With Bevy's factor for light that bounces between microfacets, from Karis' fit (2014). It makes metals
+    /// of roughness 0.35 a tenth brighter where they are seen at 60 degrees.
     #[default]
     Bevy,
-    /// The lobe alone, as other path tracers have it.
+    /// The lobe alone, as other path tracers use it.
     SingleScattering,
 }
 
@@ -81,16 +79,16 @@ pub enum SpecularModel {
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ReferenceSettings {
-    /// Most reflections between the first surface and the light, 0 = none: direct light and emission
-    /// alone. Default 64; Russian roulette ends paths without bias long before.
+    /// Maximum number of reflections between the first surface and the light. 0 leaves direct light and
+    /// emission alone. Default 64; Russian roulette ends most paths earlier, without bias.
     pub max_bounces: u32,
-    /// Scrambles the sampling points. Default 0.
+    /// Seed that scrambles the sampling points. Default 0.
     pub seed: u32,
-    /// The diffuse lobe. Default [`DiffuseModel::Bevy`].
+    /// Diffuse lobe of materials. Default [`DiffuseModel::Bevy`].
     pub diffuse: DiffuseModel,
-    /// The specular lobe. Default [`SpecularModel::Bevy`].
+    /// Specular lobe of materials. Default [`SpecularModel::Bevy`].
     pub specular: SpecularModel,
-    /// Whether the sky is seen behind the scene. Default `true`.
+    /// Whether the sky is visible behind the scene. Default `true`.
     pub show_sky: bool,
 }
 
@@ -106,7 +104,7 @@ impl Default for ReferenceSettings {
     }
 }
 
-/// A part of the result.
+/// A component of the result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReferenceView {
     /// All light, nits.
@@ -114,19 +112,19 @@ pub enum ReferenceView {
     Full,
     /// What a camera shows without global illumination, nits.
     Direct,
-    /// The rest, nits.
+    /// All light but the direct light, nits.
     Indirect,
-    /// The part of it that the first surface reflects diffusely, nits.
+    /// Indirect light that the first surface reflects diffusely, nits.
     Diffuse,
-    /// The part that it reflects specularly, nits.
+    /// Indirect light that the first surface reflects specularly, nits.
     Specular,
     /// Diffuse albedo of the first surface.
     Albedo,
-    /// Its shading normal in the world.
+    /// Shading normal of the first surface in world space.
     Normal,
 }
 
-/// A picture that gets better with every sample.
+/// A progressively refined picture.
 pub struct Reference {
     scene: Arc<ReferenceScene>,
     settings: ReferenceSettings,
@@ -150,7 +148,7 @@ impl Reference {
         }
     }
 
-    /// Pixels.
+    /// Size in pixels.
     pub fn size(&self) -> UVec2 {
         self.film.size
     }
@@ -160,19 +158,19 @@ impl Reference {
         self.camera
     }
 
-    /// A number that changes with everything on which the picture depends but its number of samples: the
-    /// scene, the camera, size, settings, and the path tracer itself.
+    /// A number that identifies everything on which the picture depends but its number of samples: the scene,
+    /// the camera, the size, the settings, and the path tracer itself.
     pub fn fingerprint(&self) -> u64 {
         fingerprint::of(&(&*self.scene, self.camera, self.film.size, self.settings))
     }
 
-    /// Least number of paths of a pixel.
+    /// Minimum number of paths per pixel so far.
     pub fn samples(&self) -> u32 {
         self.film.pixels.iter().map(|p| p.count).min().unwrap_or(0)
     }
 
-    /// Traces until each pixel has `samples` paths more than the least has now, on all cores. Once `stop`
-    /// is set it returns soon, and keeps what it has. Calls `progress` with each row that is done.
+    /// Traces on all cores until each pixel has `samples` more paths than the current minimum. Returns soon
+    /// after `stop` is set, and keeps the paths traced so far. Calls `progress` after each row.
     pub fn render(&mut self, samples: u32, stop: &AtomicBool, progress: impl Fn() + Sync) {
         let target = self.samples() + samples;
         let width = self.film.size.x.max(1);

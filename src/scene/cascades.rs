@@ -1,4 +1,4 @@
-//! [`GiCascades`]: nested volumes around the camera, for worlds that no single one can hold.
+//! [`GiCascades`]: nested volumes around the camera, for worlds that a single volume cannot hold.
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
@@ -16,27 +16,28 @@ use crate::{
     settings::{Clamp, Clamped, FieldRange},
 };
 
-/// Nested [`GiVolume`]s that follow the camera, each a multiple of the one inside of it: fine where one looks, far
-/// where it matters. Each blends into the next one over its border.
+/// Nested [`GiVolume`]s that follow the camera, for worlds that a single volume cannot hold.
 ///
-/// The volumes are children of this entity and go with it; a [`ProbeSet`] beside it is given to all of them.
-/// Its `Transform` is an offset from the camera, its scale multiplies the extents.
+/// Each volume is larger than the one inside it by the same factor, has as many voxels, and blends into the
+/// next at its border. The volumes are children of this entity and are removed with it. A [`ProbeSet`] on this
+/// entity is copied to all of them. Its `Transform` is an offset from the camera; its scale multiplies the
+/// extents.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Transform, Visibility)]
 #[serde(default)]
 pub struct GiCascades {
-    /// Number of volumes. Range 1..=4, default 3. Cost: proportional, while things change and in each pixel of a
-    /// border.
+    /// Number of volumes. Range 1..=4, default 3. Cost: proportional while things change, and in each pixel of
+    /// a border.
     pub levels: u32,
-    /// Full size of the innermost one, metres. Each 0.01..=100000, default 16 x 8 x 16.
+    /// Full size of the innermost volume in metres. Each 0.01..=100000, default 16 x 8 x 16.
     pub extent: Vec3,
-    /// Size of each over the one inside of it. Range 1.25..=8, default 2.5.
+    /// Size of each volume relative to the one inside it. Range 1.25..=8, default 2.5.
     pub ratio: f32,
-    /// Voxels along the longest side of each. Range 32..=512, default 64.
+    /// Voxels along the longest side of each volume. Range 32..=512, default 64.
     pub resolution: u32,
-    /// Width of the border over which each blends into the next, as a fraction of its shortest side. Range 0..=0.5,
-    /// default 0.15.
+    /// Width of the border over which each volume blends into the next, as a fraction of its shortest side.
+    /// Range 0..=0.5, default 0.15.
     pub fade: f32,
 }
 
@@ -58,7 +59,7 @@ impl GiCascades {
         Clamp::ranges::<Self>()
     }
 
-    /// The volume of a level, 0 the innermost.
+    /// The volume of a level; level 0 is the innermost.
     pub fn volume(&self, level: u32) -> GiVolume {
         GiVolume {
             extent: self.extent * self.ratio.powi(level as i32),

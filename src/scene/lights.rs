@@ -1,7 +1,7 @@
 //! `SceneLights`: every light that bounces, in photometric units, in one GPU buffer.
 //!
-//! Bevy extracts and shadows only lights that some camera sees; these are extracted here by
-//! themselves, so that light from behind the camera bounces too. Kinds and falloffs are Bevy's own
+//! Bevy extracts and shadows only lights that some camera sees. These lights are extracted separately, so that
+//! light from behind the camera bounces too. Kinds and falloffs are those of Bevy
 //! (`bevy_pbr/src/render/pbr_lighting.wgsl`), so that direct and bounced light agree.
 
 use std::f32::consts::PI;
@@ -39,26 +39,23 @@ use crate::{
     settings::{Clamp, Clamped, FieldRange, GiSettings},
 };
 
-/// A light's share in global illumination.
+/// How a light takes part in global illumination.
 ///
-/// Optional: every light of Bevy's takes part at full strength, unless
-/// [`GiSettings::auto_lights`] is off.
+/// Optional: every Bevy light takes part at full strength, unless [`GiSettings::auto_lights`] is off.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct GiLight {
-    /// Factor on the light that bounces; the direct light stays as it is. 1 is physical. Range
-    /// 0..=16, default 1.
+    /// Factor on the bounced light. Direct light is not affected. 1 is physical. Range 0..=16, default 1.
     pub intensity: f32,
-    /// Whether its bounced light is shadowed. Default `true`; off saves the shadow map. Reflective shadow
-    /// maps are shadowed as such.
+    /// Whether bounced light is shadowed by a shadow map. Default `true`. Turning it off saves the map.
+    /// Techniques that use reflective shadow maps have shadows in any case.
     pub shadows: bool,
-    /// Texels along the side of its reflective shadow maps, rounded up to a power of two; 0: as
-    /// [`GiSettings::rsm_size`] has it. Range 0, 64..=2048, default 0. Cost: all maps take the memory of the
-    /// largest.
+    /// Size of the light's reflective shadow maps, texels along the side, rounded up to a power of two. 0 takes
+    /// [`GiSettings::rsm_size`]. Range 0, 64..=2048, default 0. Cost: all maps take the memory of the largest.
     pub rsm_size: u32,
-    /// Frames between two updates of its reflective shadow maps, at least. Range 1..=256, default 1. Cost:
-    /// inversely proportional, while the light or what it sees moves.
+    /// Minimum number of frames between two updates of the light's reflective shadow maps. Range 1..=256,
+    /// default 1. Cost: inversely proportional, while the light or the surfaces in its view move.
     pub rsm_interval: u32,
 }
 
@@ -107,7 +104,7 @@ fn clamp_lights(mut lights: Query<&mut GiLight, Changed<GiLight>>, statistics: R
     }
 }
 
-/// Kinds of [`GpuLight`]. WGSL gets these as shader definitions, see `shader_defs`.
+/// Kinds of [`GpuLight`]. WGSL gets them as shader definitions, see `shader_defs`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum LightKind {
@@ -121,7 +118,7 @@ pub enum LightKind {
     Rect,
 }
 
-/// A light as shaders see it.
+/// A light on the GPU.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub struct GpuLight {
     /// Metres.
@@ -130,7 +127,7 @@ pub struct GpuLight {
     pub kind: u32,
     /// Lux, candela or nits, see [`LightKind`]. Linear Rec. 709.
     pub color: Vec3,
-    /// Metres; light ends there as Bevy's does.
+    /// Metres. The light ends there, as in Bevy.
     pub range: f32,
     /// Unit vector in which the light travels.
     pub direction: Vec3,
@@ -144,13 +141,14 @@ pub struct GpuLight {
     pub half_height: Vec3,
     /// First of its shadow maps, or -1.
     pub shadow: i32,
-    /// What is nearer to a point or spot light along an axis of its maps neither catches nor blocks its light, as for
-    /// Bevy (`shadow_map_near_z`), metres. In a small volume it is less: a doll's house is no part of its lamp.
+    /// Distance along an axis of its maps within which surfaces neither receive nor block the light of a point
+    /// or spot light, as in Bevy (`shadow_map_near_z`). Metres. Less in small volumes, so that a doll's house
+    /// is not part of its own lamp.
     pub near: f32,
 }
 
 impl GpuLight {
-    /// Whether it comes from infinitely far away.
+    /// Whether the light is infinitely far away.
     pub fn is_directional(&self) -> bool {
         self.kind == LightKind::Directional as u32
     }
@@ -171,20 +169,20 @@ impl GpuLight {
     }
 }
 
-/// A light that takes part.
+/// A light that takes part in global illumination.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneLight {
-    /// Main-world entity.
+    /// Entity in the main world.
     pub entity: Entity,
-    /// Its render layers. As in Bevy, only meshes that share one stand in its way.
+    /// Render layers. As in Bevy, only meshes that share one of them block the light.
     pub layers: RenderLayers,
-    /// As shaders see it, but for `shadow`, which [`shadows`](super::shadows) knows.
+    /// Its GPU data, but for `shadow`, which [`shadows`](super::shadows) sets.
     pub gpu: GpuLight,
-    /// Whether it wants shadow maps.
+    /// Whether it asks for shadow maps.
     pub shadows: bool,
-    /// Texels along the side of its reflective shadow maps, unless as the settings have it.
+    /// Size of its reflective shadow maps in texels, if it differs from the settings.
     pub rsm_size: Option<u32>,
-    /// Frames between two updates of these.
+    /// Minimum number of frames between two updates of its reflective shadow maps.
     pub rsm_interval: u32,
 }
 
@@ -211,7 +209,7 @@ impl SceneLight {
 /// All lights that take part, in the render world.
 #[derive(Resource, Default)]
 pub struct SceneLights {
-    /// Directional ones first, then the others by luminous flux.
+    /// Directional lights first, then the others by luminous flux.
     pub lights: Vec<SceneLight>,
     /// Grows whenever a light changes.
     pub version: u64,

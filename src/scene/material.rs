@@ -1,4 +1,4 @@
-//! [`GiMaterial`]: what a material's surface is to bounced light.
+//! [`GiMaterial`]: the surface of a material, as bounced light meets it.
 
 use std::{any::TypeId, collections::HashMap, marker::PhantomData};
 
@@ -13,11 +13,11 @@ use bevy::{
 
 use super::visibility::{SceneCasters, changed_asset, collect_casters};
 
-/// A material whose surface bounces light as it looks.
+/// A material that bounces light with its own colour and emission.
 ///
-/// [`StandardMaterial`], and every `ExtendedMaterial<StandardMaterial, _>` for which
-/// [`GiMaterialPlugin`] is added, bounce by their base colour and emission. For a material of your
-/// own, name a fragment shader that says what its surface is:
+/// [`StandardMaterial`], and every `ExtendedMaterial<StandardMaterial, _>` for which [`GiMaterialPlugin`] is
+/// added, bounce light with their base colour and emission. For a custom material, provide a fragment shader
+/// that describes its surface:
 ///
 /// ```wgsl
 /// #import bevy_pbr::prepass_io::VertexOutput
@@ -31,10 +31,10 @@ use super::visibility::{SceneCasters, changed_asset, collect_casters};
 /// }
 /// ```
 ///
-/// Meshes of any other material block light, and bounce it as grey of albedo 1/2.
+/// Meshes with any other material block light, and bounce it as grey with an albedo of 1/2.
 pub trait GiMaterial: Material {
-    /// The fragment shader. Default: that of [`StandardMaterial`], whose bindings the material must
-    /// then have.
+    /// The fragment shader that voxelizes the material. Default: that of [`StandardMaterial`]; the material
+    /// must then have the same bindings.
     fn voxelize_shader() -> ShaderRef {
         ShaderRef::Default
     }
@@ -44,8 +44,8 @@ impl GiMaterial for StandardMaterial {}
 
 impl<E: MaterialExtension> GiMaterial for ExtendedMaterial<StandardMaterial, E> {}
 
-/// Makes meshes of the material `M` bounce light as they look. Add it after
-/// [`GiPlugins`](crate::GiPlugins); `StandardMaterial` has it already.
+/// Makes meshes with the material `M` bounce light with its colour and emission, see [`GiMaterial`]. Add it
+/// after [`GiPlugins`](crate::GiPlugins). `StandardMaterial` has it already.
 pub struct GiMaterialPlugin<M>(PhantomData<M>);
 
 impl<M> Default for GiMaterialPlugin<M> {

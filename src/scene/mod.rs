@@ -1,8 +1,11 @@
-//! Capture: what the scene looks like to light, independent of any camera.
+//! The capture of the scene: geometry, lights and sky, independent of any camera.
 //!
-//! One-way data flow: the main world's meshes, lights and sky become [`SceneVoxels`](voxels),
-//! [`SceneShadows`](shadows), [`SceneRsm`](rsm), [`SceneProbes`](probes) and [`SceneLights`](lights), and techniques read nothing else.
-//! Everything inside a [`GiVolume`](volume::GiVolume) is kept alive for this, on screen or not.
+//! Data flows one way: meshes, lights and sky of the main world become [`SceneVoxels`](voxels),
+//! [`SceneShadows`](shadows), [`SceneRsm`](rsm), [`SceneProbes`](probes) and [`SceneLights`](lights).
+//! Techniques read nothing else. Everything inside a [`GiVolume`](volume::GiVolume) is captured, whether it is
+//! on screen or not.
+//!
+//! Only what a technique or a debug view in use reads is captured, and only when it has changed.
 
 pub mod bind_group;
 pub mod cascades;

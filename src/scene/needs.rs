@@ -6,7 +6,7 @@ use bevy::{
     render::{ExtractSchedule, RenderApp},
 };
 
-/// Parts of the capture that are wanted.
+/// Parts of the capture that are read. Only these are captured.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneNeeds {
     /// [`SceneVoxels`](super::voxels).
@@ -15,16 +15,17 @@ pub struct SceneNeeds {
     pub shadows: bool,
     /// [`SceneRsm`](super::rsm).
     pub rsm: bool,
-    /// [`SceneProbes`](super::probes), which need voxels.
+    /// [`SceneProbes`](super::probes), which require voxels.
     pub probes: bool,
-    /// Most bytes of a probe that anybody keeps in one buffer: so many probes fit into it.
+    /// Maximum number of bytes per probe that a technique stores in one buffer. It limits the number of probes,
+    /// so that the buffer fits the device.
     pub probe_bytes: u32,
-    /// Depth as the primary camera saw it in the frame before.
+    /// Depth that the primary camera saw in the frame before.
     pub camera_depth: bool,
 }
 
 impl SceneNeeds {
-    /// Wants what `other` wants, too.
+    /// Adds the needs of `other`.
     pub fn add(&mut self, other: Self) {
         self.voxels |= other.voxels;
         self.shadows |= other.shadows;

@@ -44,29 +44,29 @@ use super::{
 };
 use crate::camera::GiCamera;
 
-/// A mesh that casts and bounces nothing: it receives indirect light only.
+/// A mesh that neither blocks nor bounces light. It only receives indirect light.
 ///
-/// For gizmos, held items, particles, and stand-ins of other lights.
+/// For gizmos, held items, particles, and meshes that represent a lamp.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NotGiCaster;
 
-/// A mesh that takes part.
+/// A mesh that takes part in global illumination.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Caster {
-    /// Main-world entity.
+    /// Entity in the main world.
     pub entity: Entity,
-    /// Bounds in the world, metres. Where they are unknown, all that counts around the volumes.
+    /// Bounds in the world, metres. Where they are unknown, the whole region that matters to the volumes.
     pub bounds: Aabb3d,
     /// Whether it casts shadows.
     pub shadow: bool,
-    /// Its render layers. As in Bevy, it stands in the way only of lights with which it shares one.
+    /// Render layers. As in Bevy, the mesh blocks only lights with which it shares one.
     pub layers: RenderLayers,
-    /// [`SceneCasters::version`] of when it last changed.
+    /// [`SceneCasters::version`] at its last change.
     pub changed: u64,
 }
 
-/// All meshes that take part, sorted by entity.
+/// All meshes that take part in global illumination.
 #[derive(Resource, Default, Debug)]
 pub struct SceneCasters {
     /// Sorted by entity.

@@ -1,4 +1,4 @@
-//! [`GiVolume`]: where global illumination is computed, and its voxel grid.
+//! [`GiVolume`]: the box in which global illumination is computed, and its voxel grid.
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
@@ -26,35 +26,35 @@ use crate::{
 
 /// A box in which global illumination is computed.
 ///
-/// The entity's `Transform` places the centre; its scale multiplies [`extent`](Self::extent), its
-/// rotation is ignored: grids are aligned with the world's axes. Several volumes may overlap; each
-/// pixel is lit by the one with the finest voxels, blended over [`fade`](Self::fade) at its border.
+/// The entity's `Transform` places the centre, and its scale multiplies [`extent`](Self::extent). Its rotation
+/// is ignored: grids are aligned with the world axes. Volumes may overlap; each pixel is lit by the volume with
+/// the finest voxels, and volumes blend into each other over [`fade`](Self::fade) at their borders.
 ///
 /// # Which size, which resolution?
 ///
-/// Take the box of what shall be lit, walls included, and more than [`fade`](Self::fade) on each side:
-/// over the fade, the volume lights less and less. [`around`](Self::around) makes a volume that fits
-/// all that lies between two corners. A voxel (`longest side / resolution`) of a tenth of the smallest
-/// room's height is enough for diffuse light, a thirtieth for reflections. Memory grows with the
-/// surface (bricks) plus the cube of `resolution / 2` (55 bytes each).
+/// Enclose everything that should be lit, walls included, with a margin of more than [`fade`](Self::fade) on
+/// each side: towards the border, the volume lights less and less. [`around`](Self::around) makes a volume that
+/// fits everything between two corners. A voxel (`longest side / resolution`) of a tenth of the smallest room's
+/// height is fine enough for diffuse light, a thirtieth for reflections. Memory grows with the area of the
+/// surfaces (bricks of voxels). Voxel cone tracing adds 55 bytes per cell of two voxels; a cube has
+/// `(resolution / 2)^3` of these.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Transform)]
 #[serde(default)]
 pub struct GiVolume {
-    /// Full size along the world's axes, metres, before the transform's scale. Each 0.0001..=100000,
+    /// Full size along the world axes in metres, before the scale of the transform. Each 0.0001..=100000,
     /// default 20 x 10 x 20.
     pub extent: Vec3,
-    /// Voxels along the longest side. Range 32..=512, default 128; other sides get as many cubic
-    /// voxels as they need, rounded up to whole cells of the coarsest mip level.
+    /// Voxels along the longest side. Range 32..=512, default 128. The other sides get as many cubic voxels as
+    /// they need, rounded up to whole cells of the coarsest mip level.
     pub resolution: u32,
-    /// The volume's centre follows the first GI camera, in whole voxels of the coarsest mip level
-    /// that is stable under motion; the transform's translation is an offset. Default `false`. Cost: the
-    /// volume is voxelized and lit again at each step.
+    /// Whether the volume follows the active GI camera with the lowest order. It moves in whole cells of the
+    /// coarsest mip level that is stable under motion. The translation of its `Transform` is an offset. Default
+    /// `false`. Cost: the volume is voxelized and lit again at each step.
     pub follow_camera: bool,
-    /// Width of the border over which the volume's light blends into that of coarser volumes or
-    /// none, as a fraction of the shortest side. It lies inside of the volume. Range 0..=0.5, default
-    /// 0.05.
+    /// Width of the border inside the volume over which its light blends into that of coarser volumes, or into
+    /// none. A fraction of the shortest side. Range 0..=0.5, default 0.05.
     pub fade: f32,
 }
 
@@ -65,7 +65,7 @@ impl Default for GiVolume {
 }
 
 impl GiVolume {
-    /// A fixed volume of `extent` metres, at the default resolution.
+    /// A fixed volume of `extent` metres at the default resolution.
     pub const fn new(extent: Vec3) -> Self {
         Self {
             extent,
@@ -75,10 +75,12 @@ impl GiVolume {
         }
     }
 
-    /// A volume with `resolution` voxels along its longest side that lights all that lies between two
-    /// corners, metres, in full, planes on the border included: it reaches farther by what voxels and
-    /// the probes of a default [`ProbeSet`](crate::ProbeSet) need on the outer side of a plane. It has no
-    /// fade, for there is nothing beyond. With it, where it stands:
+    /// A volume, with its `Transform`, that fully lights everything between two corners (metres), surfaces on
+    /// the border included. It has `resolution` voxels along its longest side.
+    ///
+    /// The volume extends beyond the corners by the margin that voxels and the probes of a default
+    /// [`ProbeSet`](crate::ProbeSet) need on the outer side of a surface. Its fade is 0, since nothing lies
+    /// beyond.
     ///
     /// ```no_run
     /// # use bevy::prelude::*;
@@ -107,7 +109,7 @@ impl GiVolume {
         Self { resolution, ..self }
     }
 
-    /// The same volume at the resolution of a preset: 64, 128, 192 or 256 voxels.
+    /// The same volume at the resolution of a quality level: 64, 128, 192 or 256 voxels.
     pub const fn with_quality(self, quality: GiQuality) -> Self {
         self.with_resolution(match quality {
             GiQuality::Low => 64,
@@ -122,7 +124,7 @@ impl GiVolume {
         Clamp::ranges::<Self>()
     }
 
-    /// The same volume, moving with the camera.
+    /// The same volume, following the camera.
     pub const fn following_camera(self) -> Self {
         Self {
             follow_camera: true,
@@ -149,20 +151,20 @@ impl Clamped for GiVolume {
     }
 }
 
-/// Most voxels along a side of a volume.
+/// Maximum number of voxels along a side of a volume.
 pub(crate) const MAX_RESOLUTION: u32 = 512;
 
 /// Voxels along the side of a brick, the unit of sparse storage.
 pub const BRICK: u32 = 4;
 
-/// The grid of a [`GiVolume`]: cubic voxels, aligned with the world's axes.
+/// The grid of a [`GiVolume`]: cubic voxels, aligned with the world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// Corner of the first voxel, metres.
     pub origin: Vec3,
     /// Side of a voxel, metres.
     pub voxel: f32,
-    /// Voxels along each axis, whole cells of the coarsest level.
+    /// Voxels along each axis, a whole number of cells of the coarsest level.
     pub dims: UVec3,
     /// Levels of the radiance mip chain; a cell of level `l` is `2 << l` voxels wide.
     pub levels: u32,
@@ -171,7 +173,7 @@ pub struct Grid {
 impl Grid {
     /// The grid of a (clamped) volume around `center`.
     ///
-    /// `None` if anything is not finite.
+    /// `None` if a value is not finite.
     pub fn new(volume: &GiVolume, center: Vec3, scale: Vec3) -> Option<Self> {
         let extent = volume.extent * scale.abs();
         if !center.is_finite() || !extent.is_finite() || extent.min_element() <= 0.0 {
@@ -233,7 +235,7 @@ pub struct GpuVolume {
     pub levels: u32,
     /// Fraction of the shortest side over which the volume fades out.
     pub fade: f32,
-    /// Which of the maps of a directional light is this volume's.
+    /// Index of the volume's own map among those of a directional light.
     pub light_map: u32,
 }
 

@@ -4,31 +4,36 @@ use bevy::{color::LinearRgba, log::warn, math::Vec3};
 
 /// A type whose fields have ranges.
 pub trait Clamped {
+<<<<<<< HEAD
     /// Brings every field into its range, through `clamp`. Default: no field has a range.
     fn clamp(&mut self, _clamp: &mut Clamp) {}
+=======
+    /// Clamps every field to its range, through `clamp`.
+    fn clamp(&mut self, clamp: &mut Clamp);
+>>>>>>> docs
 }
 
-/// The range of a numeric field of a settings type.
+/// Range of a numeric field of a settings type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldRange {
     /// Reflection path of the field below its type.
     pub field: &'static str,
-    /// Least value.
+    /// Minimum.
     pub min: f64,
-    /// Greatest value.
+    /// Maximum.
     pub max: f64,
-    /// What it is measured in, as after a number: "m", "°"; empty for plain numbers.
+    /// Unit, as after a number: "m", "°". Empty for plain numbers.
     pub unit: &'static str,
 }
 
 impl FieldRange {
-    /// States the unit.
+    /// Sets the unit.
     pub fn unit(&mut self, unit: &'static str) {
         self.unit = unit;
     }
 }
 
-/// Brings values into their ranges, and remembers the ranges and what it had to change.
+/// Clamps values to their ranges, and records the ranges and the changes.
 pub struct Clamp {
     owner: &'static str,
     /// A sentence for each field that was out of range.
@@ -45,22 +50,22 @@ impl Clamp {
         }
     }
 
-    /// Clamps `value`, a `T` called `owner` in warnings. Says what was out of range, which is logged
-    /// as well.
+    /// Clamps `value`, a `T` that warnings call `owner`. Returns and logs a sentence for each field that was
+    /// out of range.
     pub fn apply<T: Clamped>(owner: &'static str, value: &mut T) -> Vec<String> {
         let mut clamp = Self::new(owner);
         value.clamp(&mut clamp);
         clamp.changes
     }
 
-    /// The ranges of a type's fields, as [`Clamped::clamp`] has them.
+    /// Ranges of the fields of a type, as [`Clamped::clamp`] states them.
     pub fn ranges<T: Clamped + Default>() -> Vec<FieldRange> {
         let mut clamp = Self::new("");
         T::default().clamp(&mut clamp);
         clamp.ranges
     }
 
-    /// Not-a-number becomes `min`.
+    /// Clamps a number. Not-a-number becomes `min`.
     pub fn float(
         &mut self,
         field: &'static str,
@@ -75,7 +80,7 @@ impl Clamp {
         self.range(field, min, max)
     }
 
-    /// Whole numbers.
+    /// Clamps a whole number.
     pub fn int(
         &mut self,
         field: &'static str,
@@ -90,7 +95,7 @@ impl Clamp {
         self.range(field, min, max)
     }
 
-    /// A point of the world: each of its fields within 1000 km.
+    /// Clamps a point of the world: each coordinate within 1000 km.
     pub fn point(&mut self, fields: [&'static str; 3], value: &mut Vec3) {
         let values = [&mut value.x, &mut value.y, &mut value.z];
         for (field, value) in fields.into_iter().zip(values) {
@@ -98,7 +103,7 @@ impl Clamp {
         }
     }
 
-    /// Each channel from 0 to `max`.
+    /// Clamps a colour: each channel from 0 to `max`.
     pub fn color(&mut self, field: &'static str, value: &mut LinearRgba, max: f32) {
         self.float(field, &mut value.red, 0.0, max);
         self.float(field, &mut value.green, 0.0, max);

@@ -1,6 +1,6 @@
-//! [`GiSettings`]: what holds for every technique, and its presets. Ranges of settings are in
-//! `clamp.rs`, the list of all settings resources in `registry.rs`, that of
-//! all techniques in `techniques.rs`.
+//! [`GiSettings`]: parameters common to all techniques, and their presets. Ranges of settings are in
+//! `clamp.rs`, the list of all settings resources in `registry.rs`, the list of all techniques in
+//! `techniques.rs`.
 
 mod clamp;
 mod registry;
@@ -21,21 +21,21 @@ pub(crate) use registry::SettingsResourcePlugin;
 pub use registry::{GiSettingsRegistry, SettingsEntry, SettingsValues};
 pub use techniques::{GiTechnique, GiTechniques, TechniqueEntry};
 
-/// Resolution at which indirect light is gathered, relative to the camera's.
+/// Resolution at which indirect light is gathered, relative to that of the camera.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum GatherResolution {
-    /// One gather per pixel.
+    /// One gathered pixel per pixel.
     Full,
-    /// One gather per 2x2 pixels.
+    /// One gathered pixel per 2x2 pixels.
     Half,
-    /// One gather per 4x4 pixels.
+    /// One gathered pixel per 4x4 pixels.
     #[default]
     Quarter,
 }
 
 impl GatherResolution {
-    /// Pixels per gather along each axis: 1, 2 or 4.
+    /// Pixels per gathered pixel along each axis: 1, 2 or 4.
     pub const fn divisor(self) -> u32 {
         match self {
             Self::Full => 1,
@@ -45,46 +45,46 @@ impl GatherResolution {
     }
 }
 
-/// How a material's emission becomes light.
+/// Unit of a material's emission in global illumination.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum EmissiveUnits {
-    /// A surface lights its surroundings as brightly as it looks on screen, whatever
-    /// `StandardMaterial::emissive_exposure_weight` says. The exposure is that of the GI camera
-    /// with the lowest `Camera::order`.
+    /// Emissive surfaces light their surroundings as brightly as they appear on screen, whatever
+    /// `StandardMaterial::emissive_exposure_weight` is. The exposure is that of the GI camera with the lowest
+    /// `Camera::order`.
     #[default]
     AsSeen,
-    /// `StandardMaterial::emissive` is a luminance in nits. Used to compare with a path tracer.
+    /// `StandardMaterial::emissive` is a luminance in nits. Used for comparison with a path tracer.
     Nits,
 }
 
-/// How samples are shared among lights.
+/// How samples of the reflective shadow maps are distributed among lights.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum LightShare {
-    /// In proportion to the light that surfaces reflect of each: the least noise.
+    /// In proportion to the light from each that surfaces reflect. This has the least noise.
     #[default]
     Power,
-    /// The same number to each: a dim light beside a bright one is sampled as well.
+    /// The same number for each light, so that a dim light beside a bright one is sampled as well.
     Even,
 }
 
-/// The light that arrives from outside of the scene.
+/// Light that enters the scene from outside.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum GiSky {
-    /// The camera's `EnvironmentMapLight`, else its `Skybox`, else its ambient light as a constant
-    /// (only with [`GiSettings::replace_ambient`]), else black.
+    /// The camera's `EnvironmentMapLight`. Without one, its `Skybox`; without that, its ambient light as a
+    /// constant (only with [`GiSettings::replace_ambient`]); otherwise black.
     #[default]
     Camera,
-    /// The same luminance from every direction. Linear Rec. 709, nits, 0..=1e12 each.
+    /// The same luminance from every direction. Linear Rec. 709, nits, each channel 0..=1e12.
     Constant(LinearRgba),
     /// No light from outside.
     Black,
 }
 
-/// Quality presets, applied by [`GiSettings::preset`] and by the presets of each technique.
+/// Quality levels. [`GiSettings::preset`] and the presets of each technique take one.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum GiQuality {
@@ -100,10 +100,10 @@ pub enum GiQuality {
 }
 
 impl GiQuality {
-    /// Every preset, lowest first.
+    /// Every level, lowest first.
     pub const ALL: [Self; 4] = [Self::Low, Self::Medium, Self::High, Self::Ultra];
 
-    /// Lower-case name, as used by the viewer.
+    /// Lower-case name, as on the command line of the viewer.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Low => "low",
@@ -120,64 +120,70 @@ impl GiQuality {
     }
 }
 
-/// What holds for every technique.
+/// Parameters common to all techniques.
 ///
 /// Values out of range are clamped, with one warning that names field, value and range.
 #[derive(Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GiSettings {
-    /// The technique of every [`GiCamera`](crate::GiCamera) that names none itself. Default "hints".
+    /// Technique of every [`GiCamera`](crate::GiCamera) that does not choose its own. Default `"hints"`,
+    /// radiance hints.
     pub technique: GiTechnique,
-    /// Factor on the indirect light that is added to the picture. 1 is physical. Range 0..=16,
-    /// default 1. Does not change the bounces themselves, so it cannot run away. No cost.
+    /// Factor on the indirect light that is added to the picture. 1 is physical. Range 0..=16, default 1. It
+    /// does not affect the bounces themselves, so light cannot grow without bound. No cost.
     pub indirect_strength: f32,
-    /// Resolution of the gather. Default quarter. Cost of the gather is proportional to its pixels.
+    /// Resolution at which indirect light is gathered. Default [`GatherResolution::Quarter`]. Cost: the gather
+    /// is proportional to the number of gathered pixels.
     pub gather_resolution: GatherResolution,
-    /// Number of past frames blended into each gathered pixel, 1 = none. Range 1..=128, default 64; while light
-    /// changes, as few as the technique's noise allows (cones: 8, hints: 2). More is calmer. Cost: two reads and
-    /// two writes a gathered pixel.
+    /// Maximum number of frames accumulated in each gathered pixel, 1 = no accumulation. Range 1..=128, default
+    /// 64. Reduced automatically while light changes, as far as the noise of the technique allows (cones: to 8,
+    /// hints: to 2). Higher values are more stable. Cost: two reads and two writes per gathered pixel.
     pub history_frames: u32,
-    /// Gathered pixels to each side over which the light of one surface is averaged, 0 = none. Range
-    /// 0..=3, default 1; one more while light changes, where the technique's gather has noise (cones). More is
-    /// calmer and less detailed. Cost: proportional to `(2 r + 1)^2`.
+    /// Radius of the spatial filter in gathered pixels, 0 = no filter. The filter averages light over the same
+    /// surface. Range 0..=3, default 1. One more while light changes, if the gather of the technique is noisy
+    /// (cones). Higher values are smoother and less detailed. Cost: proportional to `(2 r + 1)^2`.
     pub denoise_radius: u32,
-    /// Leaves out the ambient light and the environment map of GI cameras, and lets their light
-    /// arrive as sky through the scene instead, with occlusion. Default `false`. No cost.
+    /// Whether GI replaces the ambient light and the environment map of GI cameras. They are then not added
+    /// unoccluded, but enter the scene as its sky, with occlusion. Default `false`. No cost.
     pub replace_ambient: bool,
-    /// Where light from outside of the scene comes from. Default [`GiSky::Camera`].
+    /// Source of the light from outside the scene. Default [`GiSky::Camera`].
     pub sky: GiSky,
-    /// How a material's emission becomes light. Default [`EmissiveUnits::AsSeen`].
+    /// Unit of the emission of materials. Default [`EmissiveUnits::AsSeen`].
     pub emissive_units: EmissiveUnits,
-    /// What is not deferred (forward, transparent and own materials) receives diffuse indirect light
-    /// from probes 8 voxels apart, through Bevy's irradiance volumes. Default `true`. Cost: a pass over
-    /// the probes while light changes, and three texture reads in each pixel that Bevy shades.
+    /// Whether forward-rendered objects (forward, transparent and custom materials) receive diffuse indirect
+    /// light. It comes from probes 8 voxels apart, through Bevy's irradiance volumes. Default `true`. Cost: a
+    /// pass over the probes while light changes, and three texture reads in each pixel that Bevy shades.
     pub forward_light: bool,
-    /// Every light without a [`GiLight`](crate::GiLight) takes part. Default `true`.
+    /// Whether lights without a [`GiLight`](crate::GiLight) take part. Default `true`.
     pub auto_lights: bool,
-    /// Texels along the side of each shadow map that the bounced light uses, while there is room for all at that
-    /// size. A point or rect light takes six of them, a spot one, a directional light one for each volume. Range
-    /// 64..=2048, default 512. 4 bytes a texel.
+    /// Size of each shadow map of bounced light, texels along its side, while there is room for all maps at
+    /// that size. A point or rect light has six maps, a spot light one, a directional light one per volume.
+    /// Range 64..=2048, default 512. Cost: 4 bytes per texel.
     pub shadow_map_size: u32,
-    /// Memory for shadow maps, counted in maps of [`shadow_map_size`](Self::shadow_map_size), and for reflective ones,
-    /// counted in maps of [`rsm_size`](Self::rsm_size). Where the lights of a scene need more, their maps are smaller, down to
-    /// 16 texels: texels go to the lights that send the most light to where a GI camera is. A light for which not even that is
-    /// left does not bounce, and a warning says so. Range 1..=254, default 48.
+    /// Memory for shadow maps, counted in maps of [`shadow_map_size`](Self::shadow_map_size), and for
+    /// reflective shadow maps, counted in maps of [`rsm_size`](Self::rsm_size). Range 1..=254, default 48.
+    /// Where lights need more, their maps are smaller, down to 16 texels; the lights that send the most light
+    /// to the position of a GI camera get the most texels. A light whose maps do not fit even then does not
+    /// bounce, and a warning says so.
     pub max_shadow_maps: u32,
-    /// Texels along the side of each reflective shadow map, rounded up to a power of two: what techniques
-    /// see of what a light lights. As many maps as of shadow maps. Range 64..=2048, default 256. 20 bytes a texel.
+    /// Size of each reflective shadow map, texels along its side, rounded up to a power of two. Techniques
+    /// sample these maps to find the surfaces that a light illuminates. There are as many as shadow maps. Range
+    /// 64..=2048, default 256. Cost: 20 bytes per texel.
     pub rsm_size: u32,
-    /// Maximum number of reflective shadow maps that are drawn again in a frame, while lights or meshes move; others wait
-    /// their turn. New ones come first, up to 48 a frame. Range 1..=256, default 12. Cost: proportional.
+    /// Maximum number of reflective shadow maps that are rendered again in a frame, while lights or meshes
+    /// move. The others wait their turn. New maps come first, up to 48 a frame. Range 1..=256, default 12.
+    /// Cost: proportional.
     pub rsm_updates: u32,
-    /// Virtual point lights that stand for all light in the reflective shadow maps, for each volume; rounded up to a power
-    /// of two; at least 16 for each light. Range 64..=16384, default 1024. 32 bytes each.
+    /// Number of virtual point lights (VPLs) of each volume, which represent all light in the reflective shadow
+    /// maps. Rounded up to a power of two, and at least 16 for each light. Range 64..=16384, default 1024.
+    /// Cost: 32 bytes each.
     pub vpls: u32,
-    /// How virtual point lights, and what else is sampled of reflective shadow maps, are shared among lights.
+    /// How virtual point lights and other samples of the reflective shadow maps are distributed among lights.
     /// Default [`LightShare::Power`]. No cost.
     pub light_share: LightShare,
-    /// Keeps voxels, shadow maps and reflective ones as they are, whatever moves: for scenes whose light may lag, and to
-    /// look into a moment. Default `false`. Saves what captures cost.
+    /// Whether voxels, shadow maps and reflective shadow maps stay as they are, whatever moves. For scenes
+    /// whose light may lag, and to inspect a single moment. Default `false`. Saves the cost of captures.
     pub freeze_capture: bool,
 }
 
@@ -206,7 +212,7 @@ impl Default for GiSettings {
 }
 
 impl GiSettings {
-    /// The given quality; what is no question of quality keeps its default.
+    /// Settings of a quality level. Fields that do not affect quality have their defaults.
     pub fn preset(quality: GiQuality) -> Self {
         let (gather_resolution, shadow_map_size) = match quality {
             GiQuality::Low => (GatherResolution::Quarter, 256),
@@ -221,7 +227,7 @@ impl GiSettings {
         }
     }
 
-    /// As the papers have it: a gather per pixel, nothing accumulated or filtered.
+    /// Settings of the papers: one gather per pixel, no accumulation and no filter.
     pub fn paper() -> Self {
         Self {
             gather_resolution: GatherResolution::Full,
@@ -231,8 +237,8 @@ impl GiSettings {
         }
     }
 
-    /// These settings, but with what is no question of quality as in `other`: the technique, and what
-    /// belongs to a scene.
+    /// These settings, but with the fields that do not affect quality taken from `other`: the technique, and
+    /// what belongs to the scene.
     pub fn with_scene_of(self, other: &Self) -> Self {
         Self {
             technique: other.technique,
@@ -284,10 +290,10 @@ impl SettingsResource for GiSettings {
     }
 }
 
-/// Where temporal history is thrown away on request.
+/// Resets temporal state on request.
 ///
-/// Every cache and every camera's history starts afresh in the frame after [`reset`](Self::reset):
-/// after a teleport, a cut, or to make a capture repeatable.
+/// The caches of all techniques and the histories of all cameras start afresh in the frame after
+/// [`reset`](Self::reset). Use it after a teleport or a cut, or to make a capture repeatable.
 #[derive(Resource, Reflect, ExtractResource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Resource, Default, Clone, PartialEq)]
 pub struct GiHistory {

@@ -1,4 +1,4 @@
-//! [`GiSettingsRegistry`]: all settings resources, so that nobody has to list them by hand.
+//! [`GiSettingsRegistry`]: the list of all settings resources.
 
 use std::{marker::PhantomData, sync::Arc};
 
@@ -21,7 +21,7 @@ use serde::{
 use super::{Clamp, Clamped, FieldRange, GiSettings, GiTechnique};
 use crate::gpu::statistics::GiStatistics;
 
-/// A settings resource: all parameters of one part of the crate.
+/// A settings resource: the parameters of one part of the crate.
 pub trait SettingsResource:
     Resource<Mutability = Mutable>
     + ExtractResource<Source = Self>
@@ -31,25 +31,25 @@ pub trait SettingsResource:
     + Default
     + Clone
 {
-    /// Named values. Default: none.
+    /// Presets under their names. Default: none.
     fn presets() -> Vec<(&'static str, Self)> {
         Vec::new()
     }
 }
 
-/// All settings resources: [`GiSettings`](super::GiSettings), one of each technique, and whatever an
-/// app adds.
+/// All settings resources: [`GiSettings`](super::GiSettings), one for each technique, and those that an app
+/// adds.
 #[derive(Resource, Default, Clone)]
 pub struct GiSettingsRegistry {
     entries: Vec<SettingsEntry>,
 }
 
-/// A settings resource, whatever its type.
+/// A settings resource of any type.
 #[derive(Clone)]
 pub struct SettingsEntry {
     /// Name of the type, without its path.
     pub name: &'static str,
-    /// The technique that it is for; `None`: for all.
+    /// The technique that it belongs to. `None`: all techniques.
     pub technique: Option<GiTechnique>,
     /// Ranges of the numeric fields.
     pub ranges: Vec<FieldRange>,
@@ -79,17 +79,17 @@ impl SettingsEntry {
         }
     }
 
-    /// The value that fields are reset to.
+    /// The default, to which fields are reset.
     pub fn default_value(&self) -> &dyn Reflect {
         &*self.default
     }
 
-    /// Named values.
+    /// Presets under their names.
     pub fn presets(&self) -> impl Iterator<Item = (&'static str, &dyn Reflect)> {
         self.presets.iter().map(|(name, value)| (*name, &**value))
     }
 
-    /// The value of that name.
+    /// The preset with this name.
     pub fn preset(&self, name: &str) -> Option<&dyn Reflect> {
         self.presets().find(|(n, _)| *n == name).map(|(_, v)| v)
     }
@@ -106,30 +106,30 @@ impl SettingsEntry {
 }
 
 impl GiSettingsRegistry {
-    /// All of them, in the order of the plugins.
+    /// All entries, in the order of the plugins.
     pub fn iter(&self) -> impl Iterator<Item = &SettingsEntry> {
         self.entries.iter()
     }
 
-    /// The one of that name.
+    /// The entry with this name.
     pub fn find(&self, name: &str) -> Option<&SettingsEntry> {
         self.entries.iter().find(|entry| entry.name == name)
     }
 
-    /// Those for all techniques, and those for this one.
+    /// The entries that belong to all techniques or to this one.
     pub fn active(&self, technique: GiTechnique) -> impl Iterator<Item = &SettingsEntry> {
         let all = self.entries.iter();
         all.filter(move |entry| entry.technique.is_none_or(|t| t == technique))
     }
 
-    /// Adds one; what has its name is replaced.
+    /// Adds an entry. An entry of the same name is replaced.
     pub fn add(&mut self, entry: SettingsEntry) {
         self.entries.retain(|old| old.name != entry.name);
         self.entries.push(entry);
     }
 
-    /// All settings of a world, each under the name of its type. With serde's name for it, a map; as
-    /// RON, for example: `{"GiSettings": (history_frames: 32, ..), ..}`.
+    /// Serializes all settings of a world as a map from type names to values. For example, as RON:
+    /// `{"GiSettings": (history_frames: 32, ..), ..}`.
     pub fn serialize<S: Serializer>(
         &self,
         world: &World,
@@ -146,12 +146,12 @@ impl GiSettingsRegistry {
         map.end()
     }
 
-    /// Reads such a map. What it leaves out is not in the result; fields that a value leaves out have
-    /// their default.
+    /// Reads a map that [`serialize`](Self::serialize) has written. Types that it leaves out are not in the
+    /// result. Fields that a value leaves out have their default. A settings resource that the app does not
+    /// have is skipped with a warning.
     ///
     /// # Errors
-    /// Those of the format; a field that a type does not have. A settings resource that this app does not have is
-    /// left out, with a warning: files go from app to app.
+    /// Those of the format; an unknown field.
     pub fn deserialize<'de, D: Deserializer<'de>>(
         &self,
         world: &World,
@@ -165,7 +165,7 @@ impl GiSettingsRegistry {
         deserializer.deserialize_map(visitor).map(SettingsValues)
     }
 
-    /// Whether all that [`apply_preset`](Self::apply_preset) would set is so already.
+    /// Whether the world already has all values that [`apply_preset`](Self::apply_preset) would set.
     pub fn has_preset(&self, world: &World, name: &str) -> bool {
         let now = world.resource::<GiSettings>();
         let mut found = false;
@@ -185,8 +185,9 @@ impl GiSettingsRegistry {
         found
     }
 
-    /// Sets all resources for all techniques, and those of the technique in force, to their preset of that
-    /// name. What is no question of quality stays, see [`GiSettings::with_scene_of`]. False if none has it.
+    /// Sets the resources of all techniques and of the current technique to their preset of this name. Fields
+    /// that do not affect quality stay, see [`GiSettings::with_scene_of`]. Returns false if no resource has the
+    /// preset.
     pub fn apply_preset(&self, world: &mut World, name: &str) -> bool {
         let kept = world.resource::<GiSettings>().clone();
         let mut found = false;
@@ -202,11 +203,11 @@ impl GiSettingsRegistry {
     }
 }
 
-/// Values of settings resources, not yet in force.
+/// Values of settings resources that are not applied yet.
 pub struct SettingsValues(Vec<(SettingsEntry, Box<dyn PartialReflect>)>);
 
 impl SettingsValues {
-    /// Puts them into a world.
+    /// Applies them to a world.
     pub fn apply(&self, world: &mut World) {
         for (entry, value) in &self.0 {
             if let Some(mut resource) = entry.get_mut(world) {

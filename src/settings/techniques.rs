@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::gpu::caps::{DeviceNeeds, GiSupport};
 
-/// A technique by its name: which algorithm computes the indirect light.
+/// Name of a technique: the algorithm that computes indirect light.
 ///
 /// [`GiTechniques`] lists those that an app has. Default `"hints"`, radiance hints. Serialized as the name.
 #[derive(Reflect, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -26,12 +26,13 @@ impl GiTechnique {
     /// No indirect light: the camera renders as if the plugin were absent.
     pub const OFF: Self = Self("off");
 
-    /// The technique of that name.
+    /// The technique with this name. For a technique whose type is at hand, use [`GiTechnique::of`].
     pub const fn new(name: &'static str) -> Self {
         Self(name)
     }
 
-    /// The technique of a name that was read or typed. Whether there is one, [`GiTechniques`] knows.
+    /// The technique with a name that is known only at run time, from a file or a command line. The name need
+    /// not exist; [`GiTechniques::find`] checks that.
     pub fn named(name: &str) -> Self {
         let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = names.get(name) {
@@ -42,7 +43,8 @@ impl GiTechnique {
         Self(name)
     }
 
-    /// Its name: lower case, as in the viewer's `--technique`, in settings files and in the names of its passes.
+    /// Its name in lower case, as in settings files, in the viewer's `--technique` and in the names of its
+    /// passes.
     pub const fn name(self) -> &'static str {
         self.0
     }
@@ -83,22 +85,22 @@ impl<'de> Deserialize<'de> for GiTechnique {
     }
 }
 
-/// All techniques of an app, in the order of their plugins. Never empty: [`GiTechnique::OFF`] is the first.
+/// All techniques of an app, in the order of their plugins. Never empty: [`GiTechnique::OFF`] comes first.
 #[derive(Resource, Clone, Debug)]
 pub struct GiTechniques {
     entries: Vec<TechniqueEntry>,
 }
 
-/// A technique that an app has.
+/// A registered technique.
 #[derive(Clone, Copy, Debug)]
 pub struct TechniqueEntry {
     /// Its name.
     pub technique: GiTechnique,
-    /// Its name as a title, for people to read.
+    /// Its title, as shown to users.
     pub title: &'static str,
-    /// What it needs of a graphics device.
+    /// What it requires of the graphics device.
     pub device: DeviceNeeds,
-    /// Names of the debug views that it alone paints.
+    /// Names of the debug views that only this technique provides.
     pub views: &'static [&'static str],
 }
 
@@ -116,37 +118,37 @@ impl Default for GiTechniques {
 }
 
 impl GiTechniques {
-    /// All, [`GiTechnique::OFF`] first.
+    /// All techniques, [`GiTechnique::OFF`] first.
     pub fn iter(&self) -> impl Iterator<Item = &TechniqueEntry> {
         self.entries.iter()
     }
 
-    /// All but [`GiTechnique::OFF`].
+    /// All techniques but [`GiTechnique::OFF`].
     pub fn on(&self) -> impl Iterator<Item = &TechniqueEntry> {
         self.iter().filter(|entry| !entry.technique.is_off())
     }
 
-    /// Adds one; what has its name is replaced.
+    /// Adds a technique. An entry of the same name is replaced.
     pub fn add(&mut self, entry: TechniqueEntry) {
         self.entries.retain(|old| old.technique != entry.technique);
         self.entries.push(entry);
     }
 
-    /// The entry of a technique, if there is one of that name.
+    /// The entry of a technique, if it is registered.
     pub fn get(&self, technique: GiTechnique) -> Option<&TechniqueEntry> {
         self.iter().find(|entry| entry.technique == technique)
     }
 
-    /// The title of a technique; its name if there is none of that name.
+    /// The title of a technique; its name if it is not registered.
     pub fn title(&self, technique: GiTechnique) -> &'static str {
         self.get(technique)
             .map_or(technique.name(), |entry| entry.title)
     }
 
-    /// The technique of that name, if there is one.
+    /// The technique with this name, if it is registered.
     ///
     /// # Errors
-    /// A sentence that names all there are.
+    /// A sentence that lists all names.
     pub fn find(&self, name: &str) -> Result<GiTechnique, String> {
         let mut all = self.iter().map(|entry| entry.technique);
         all.find(|technique| technique.name() == name)
@@ -158,7 +160,7 @@ impl GiTechniques {
 }
 
 impl GiSupport {
-    /// One sentence where this technique cannot run: what is missing; `None` where it can.
+    /// Why a technique cannot run on this device, in one sentence; `None` if it can.
     pub fn technique(&self, technique: GiTechnique) -> Option<&str> {
         match technique {
             GiTechnique::OFF => None,
@@ -166,7 +168,8 @@ impl GiSupport {
         }
     }
 
-    /// What a camera with this technique shows: that, or [`GiTechnique::OFF`] where it cannot run.
+    /// The technique that a camera shows if it asks for this one: the same, or [`GiTechnique::OFF`] where the
+    /// device cannot run it.
     pub fn in_force(&self, technique: GiTechnique) -> GiTechnique {
         match self.technique(technique) {
             Some(_) => GiTechnique::OFF,

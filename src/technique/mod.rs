@@ -1,31 +1,47 @@
 //! The contract between a technique and the rest of the crate.
 //!
-//! A [`Technique`] computes indirect light. It is a folder of this module, or a type of your own:
-//! [`TechniquePlugin`](crate::TechniquePlugin) adds it to an app, and does all that is the same for every one.
-//! Techniques know nothing of each other.
+//! A [`Technique`] computes indirect light. It is a folder of this module, or a type of an app.
+//! [`TechniquePlugin`](crate::TechniquePlugin) adds it to an app, and does everything that is the same for all
+//! techniques. Techniques do not depend on each other.
 //!
 //! # A frame
 //!
-//! 1. [`Technique::needs`] says what it reads of the [scene's capture](crate::scene), while a camera uses it.
-//! 2. Each [`GiVolume`](crate::GiVolume) has a [`Cache`] of the technique. [`Cache::update`] decides what the frame
-//!    computes anew, and makes the bind groups for it.
+//! 1. [`Technique::needs`] says what the technique reads of the [scene's capture](crate::scene), while a camera
+//!    uses it.
+//! 2. Each [`GiVolume`](crate::GiVolume) has a [`Cache`] of the technique. [`Cache::update`] decides what the
+//!    frame computes anew, and makes the bind groups for it.
 //! 3. [`Cache::record`] records that, in [`GiSystems::UpdateCaches`](crate::GiSystems::UpdateCaches).
-//! 4. Two compute shaders look the cache up: the *gather* for each gathered pixel, the *export* for each probe of a coarse
-//!    grid, from which forward-rendered objects are lit.
+//! 4. Two compute shaders look the cache up: the *gather* for each gathered pixel, the *export* for each probe
+//!    of a coarse grid that lights forward-rendered objects.
 //!
-//! What follows is the same for all: accumulation over frames, a filter, upsampling, and the composite.
+//! Everything after that is the same for all techniques: accumulation over frames, a spatial filter,
+//! upsampling, and the composite.
 //!
 //! # The gather shader
 //!
-//! Workgroups of 8x8, one thread a gathered pixel. Bind groups: 0 the camera's surfaces (`bevy_gi::surface`), 1 the scene
-//! (`bevy_gi::scene::bindings`), 2 the technique's cache, 3 input and output (`bevy_gi::apply::gather`, which has `begin`
-//! and `store`). It writes radiances in nits: `E / pi` for diffuse light, and for specular light the radiance along the
+//! Workgroups of 8x8, one thread per gathered pixel. Bind groups:
+//!
+//! | group | holds | WGSL module |
+//! |---|---|---|
+//! | 0 | surfaces that the camera sees | `bevy_gi::surface` |
+//! | 1 | the scene, with the volume | `bevy_gi::scene::bindings` |
+//! | 2 | the technique's cache | its own |
+//! | 3 | input and output | `bevy_gi::apply::gather`, with `begin` and `store` |
+//!
+//! It writes radiances in nits: `E / pi` for diffuse light, and for specular light the radiance along the
 //! mirror direction, averaged over the lobe.
 //!
 //! # The export shader
 //!
-//! Workgroups of 4x4x4, one thread a side of a probe's ambient cube. Bind groups: 0 the probes (`bevy_gi::apply::export`,
-//! which has `exported_side` and `store`), 1 the scene, 2 the cache. It writes `E / pi` in nits.
+//! Workgroups of 4x4x4, one thread per side of a probe's ambient cube. Bind groups:
+//!
+//! | group | holds | WGSL module |
+//! |---|---|---|
+//! | 0 | the probes | `bevy_gi::apply::export`, with `exported_side` and `store` |
+//! | 1 | the scene, with the volume | `bevy_gi::scene::bindings` |
+//! | 2 | the technique's cache | its own |
+//!
+//! It writes `E / pi` in nits.
 
 pub mod hints;
 pub mod vct;
@@ -64,30 +80,32 @@ pub use crate::{
     settings::{Clamp, Clamped, SettingsResource},
 };
 
-/// An algorithm that computes indirect light. See the [module](self) for what runs when.
+/// An algorithm that computes indirect light. The [module](self) says what runs when.
 pub trait Technique: Sized + Send + Sync + 'static {
-    /// Short name in lower case. It selects the technique, see [`GiTechnique`], and its passes are called
-    /// `gi/NAME/gather` and so on.
+    /// Short name in lower case. It selects the technique, see [`GiTechnique`], and is part of the names of its
+    /// passes, such as `gi/NAME/gather`.
     const NAME: &'static str;
-    /// Its name as a title.
+    /// Title, as shown to users.
     const TITLE: &'static str;
-    /// What it needs of the device beyond what every technique does. Default: nothing.
+    /// What it needs of the device beyond what every technique does. A device that lacks it turns this technique off,
+    /// with a reason in the log. Default: nothing.
     const DEVICE: DeviceNeeds = DeviceNeeds::NONE;
 
-    /// Its parameters.
+    /// Parameters.
     type Settings: SettingsResource;
-    /// Its compute pipelines.
+    /// Compute pipelines.
     type Pipelines: Pipelines;
-    /// The light that it keeps of a volume.
+    /// The light that it stores for a volume.
     type Cache: Cache<Self>;
 
-    /// Names of the debug views that it paints, see [`GiView`](crate::GiView). Default: none of its own.
+    /// Names of the debug views that only this technique draws, see [`GiView`](crate::GiView). Default: none.
     const VIEWS: &'static [&'static str] = &[];
 
-    /// Loads shaders, and adds debug views. Anything that is the same for all techniques is done already.
+    /// Loads shaders and adds plugins for debug views. Registration, settings, caches, gather and export are
+    /// set up by [`TechniquePlugin`](crate::TechniquePlugin).
     fn build(app: &mut App);
 
-    /// What it reads of the scene's capture; nothing else is captured for it. Default: nothing.
+    /// Parts of the scene's capture that it reads. Other parts are not captured for it. Default: none.
     fn needs(_settings: &Self::Settings) -> SceneNeeds {
         SceneNeeds::default()
     }
@@ -109,7 +127,7 @@ impl GiTechnique {
     }
 }
 
-/// A shader that looks a cache up.
+/// A shader that looks up a cache.
 pub struct LookupShader {
     /// The file.
     pub shader: Handle<Shader>,
@@ -132,19 +150,19 @@ impl LookupShader {
 
 /// The compute pipelines of a technique.
 pub trait Pipelines: Resource + Sized {
-    /// Queues all of them, once the device is there and can run the technique.
+    /// Queues all pipelines. Called once the device is there, if it can run the technique.
     fn new(server: &AssetServer, cache: &PipelineCache) -> Self;
 
     /// All passes.
     fn passes(&self) -> Vec<ComputePass>;
 
-    /// Whether all of them are compiled. Caches are made from then on.
+    /// Whether all pipelines are compiled. Caches are made from then on.
     fn ready(&self, cache: &PipelineCache) -> bool {
         self.passes().iter().all(|pass| pass.ready(cache))
     }
 }
 
-/// Of a technique without passes of its own: the gather and the export are all.
+/// The pipelines of a technique that has only its gather and its export.
 #[derive(Resource)]
 pub struct NoPipelines;
 
@@ -158,88 +176,88 @@ impl Pipelines for NoPipelines {
     }
 }
 
-/// What the cache of a volume is made from, in one frame.
+/// Everything that the cache of a volume is computed from, in one frame.
 pub struct Frame<'a, T: Technique> {
-    /// The technique's parameters.
+    /// Parameters of the technique.
     pub settings: &'a T::Settings,
-    /// Those for all techniques.
+    /// Parameters common to all techniques.
     pub gi: &'a GiSettings,
-    /// What is shown for debugging.
+    /// Debug views.
     pub debug: &'a GiDebugSettings,
-    /// Grows with each [`GiHistory::reset`](crate::GiHistory::reset).
+    /// Number of calls of [`GiHistory::reset`](crate::GiHistory::reset) so far.
     pub history: u32,
     /// The volume.
     pub volume: &'a ExtractedVolume,
-    /// Its voxels, if the technique needs them and once there are any.
+    /// Voxels of the volume. `None` if the technique does not need them, or before they exist.
     pub voxels: Option<&'a SceneVoxels>,
-    /// Its probes, likewise.
+    /// Probes of the volume. `None` if the technique does not need them, or before they exist.
     pub probes: Option<&'a SceneProbes>,
     /// Reflective shadow maps of all lights.
     pub rsm: &'a SceneRsm,
-    /// Changes whenever light arrives differently.
+    /// Changes whenever the direct light changes.
     pub lighting: LightingVersion,
-    /// Units in which light is stored.
+    /// Units of stored light.
     pub units: &'a LightUnits,
     /// Depth as the primary camera saw it, in the frame before.
     pub(crate) camera_depth: &'a CameraDepth,
-    /// The technique's pipelines.
+    /// Pipelines of the technique.
     pub pipelines: &'a T::Pipelines,
     /// All pipelines of the app.
     pub cache: &'a PipelineCache,
-    /// Where memory is made.
+    /// Makes buffers, textures and bind groups.
     pub device: &'a RenderDevice,
-    /// Where it is written.
+    /// Writes buffers and textures.
     pub queue: &'a RenderQueue,
-    /// Where memory and work are counted.
+    /// Counts memory and work.
     pub statistics: &'a GiStatistics,
 }
 
-/// What is there to record a volume's update with.
+/// Inputs of [`Cache::record`].
 #[derive(Clone, Copy)]
 pub struct Inputs<'a> {
-    /// The volume's voxels, if any.
+    /// Voxels of the volume, if any.
     pub voxels: Option<&'a SceneVoxels>,
-    /// Its probes, if any.
+    /// Probes of the volume, if any.
     pub probes: Option<&'a SceneProbes>,
     /// Reflective shadow maps of all lights.
     pub rsm: &'a SceneRsm,
-    /// Group 1: the scene, with this volume.
+    /// Bind group 1: the scene, with this volume.
     pub scene: &'a BindGroup,
 }
 
-/// The light that a technique keeps of one volume: a component of the volume's entity in the render world.
+/// The light that a technique stores for one volume: a component of the volume's entity in the render world.
 ///
-/// It is made once pipelines and inputs are there, and removed when no camera uses the technique any more.
+/// It is made once pipelines and inputs exist, and removed when no camera uses the technique any more.
 pub trait Cache<T: Technique>: Component<Mutability = Mutable> + Sized {
-    /// Memory for a volume; `None` while something is not there yet.
+    /// Allocates memory for a volume. `None` while an input is missing.
     fn new(frame: &Frame<T>) -> Option<Self>;
 
-    /// Whether the memory is that of [`new`](Self::new); if not, the cache is made anew. Default: always.
+    /// Whether the memory is what [`new`](Self::new) would allocate. If not, the cache is made anew. Default: always.
     fn fits(&self, _frame: &Frame<T>) -> bool {
         true
     }
 
-    /// Decides what this frame computes, and prepares it.
+    /// Decides what this frame computes, and makes bind groups for it.
     fn update(&mut self, frame: &Frame<T>) -> Activity;
 
-    /// Records the passes of this frame; none where nothing has changed. Default: none at all.
+    /// Records the passes of this frame. Records none if nothing has changed. Default: none.
     fn record(&self, _pipelines: &T::Pipelines, _inputs: Inputs, _recorder: &mut Recorder) {}
 
-    /// Group 2 of the gather and of the export, once there is something to look up.
+    /// Bind group 2 of the gather and of the export. `None` before there is light to look up.
     fn bind_group(&self) -> Option<&BindGroup>;
 }
 
 /// What a cache does in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Activity {
-    /// While the light of the cache changes, how cameras treat their history of it. `None`: it rests.
+    /// How cameras treat their history while the light of the cache changes. `None` if it has settled.
     pub settling: Option<Settling>,
-    /// Whether the volume's probes are to trace other rays in the next frame.
+    /// Whether the probes of the volume trace other rays in the next frame.
     pub look_again: bool,
 }
 
 impl Activity {
-    /// The light of the cache changes: cameras mix in so many past frames at most.
+    /// The light of the cache changes, and cameras accumulate at most that many frames of it.
     pub const fn settling(history_frames: u32) -> Self {
         Self {
             settling: Some(Settling {
@@ -251,14 +269,14 @@ impl Activity {
     }
 }
 
-/// On a volume's entity in the render world while its cache still changes: what cameras remember of
-/// past frames is then worth less.
+/// How cameras treat their history while the light of a cache changes. A component of the volume's entity in
+/// the render world.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settling {
-    /// Maximum number of past frames that a camera mixes in meanwhile: as few as the noise of the gather allows.
+    /// Maximum number of accumulated frames meanwhile. As few as the noise of the gather allows.
     pub history_frames: u32,
-    /// Gathered pixels by which the spatial filter reaches farther meanwhile, for the noise that so short a history
-    /// leaves.
+    /// Gathered pixels that are added to the radius of the spatial filter meanwhile, against the noise of so
+    /// short a history.
     pub blur: u32,
 }
 

@@ -1,4 +1,4 @@
-//! [`ProbeSet`] and [`ProbePin`]: where probes stand.
+//! [`ProbeSet`] and [`ProbePin`]: placement of probes.
 
 use bevy::{
     ecs::prelude::*,
@@ -13,7 +13,8 @@ use crate::{
     settings::{Clamp, Clamped, FieldRange},
 };
 
-/// Most probes along a side of a volume: the highest [`ProbeSet::resolution`], and one more where it moves.
+/// Maximum number of probes along a side of a volume: the highest [`ProbeSet::resolution`], and one more in a
+/// volume that moves.
 pub(crate) const MAX_PROBES: u32 = MAX_RESOLUTION + 1;
 const MAX_RESOLUTION: u32 = 64;
 
@@ -21,56 +22,58 @@ const MAX_RESOLUTION: u32 = 64;
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ProbePlacement {
-    /// All of them.
+    /// All cells.
     #[default]
     Volume,
-    /// Those of the box around all meshes in the volume, and one more to each side. For volumes that are larger
-    /// than what is in them. When the box grows or shrinks by a cell, the light of the probes is computed anew.
+    /// The cells of the bounding box of all meshes in the volume, and one more to each side. For volumes that
+    /// are larger than their contents. When the box grows or shrinks by a cell, the light of all probes is
+    /// computed anew.
     Automatic,
 }
 
-/// A place where a probe stands, by hand: where the grid misses a niche, or for a closer look at a lamp.
+/// Places a single probe by hand, where the lattice misses a niche or a lamp needs a closer probe.
 ///
-/// The probe in whose cell the entity's `Transform` lies stands there, and is not moved out of geometry.
-/// At most 256 in a volume.
+/// The probe in whose cell the entity's `Transform` lies moves to that point, and is not moved out of geometry.
+/// Maximum 256 in a volume.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Transform)]
 pub struct ProbePin;
 
-/// Where the probes of a [`GiVolume`](crate::GiVolume) stand, for techniques that have any. Goes on the
-/// volume's entity; a volume without one has the default.
+/// Placement of the probes of a [`GiVolume`](crate::GiVolume), for techniques that use probes. Add it to the
+/// entity of the volume; a volume without one has the default.
 ///
-/// Probes stand in the middle of the cubic cells of a lattice over the whole volume. What is between
-/// them is interpolated, so the cells should be smaller than what casts a shadow of indirect light: half
+/// Probes stand in the centres of the cubic cells of a lattice over the whole volume. Light is interpolated
+/// between them, so the cells should be smaller than the objects that cast shadows of indirect light, and half
 /// the height of a room at most.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ProbeSet {
-    /// Probes along the volume's longest side, as long as they stand two and a half voxels apart. Range 4..=64, default
-    /// 24. Cost: with the cube, in memory and while light changes.
+    /// Number of probes along the longest side of the volume. Probes stand at least two and a half voxels
+    /// apart, so that a coarse volume has fewer. Range 4..=64, default 24. Cost: with the cube, in memory and
+    /// while light changes.
     pub resolution: u32,
-    /// Which cells have a probe. Default [`ProbePlacement::Volume`]. Single probes are placed by [`ProbePin`]s;
-    /// around a camera that travels far, by [`GiCascades`](crate::GiCascades).
+    /// Which cells have a probe. Default [`ProbePlacement::Volume`]. To place single probes, use [`ProbePin`];
+    /// around a camera that travels far, use [`GiCascades`](crate::GiCascades).
     pub placement: ProbePlacement,
-    /// Rays through the voxels from each probe: what it sees, and how far away. Rounded to a square of an
-    /// even number. Range 36..=256, default 64. Cost: proportional, in memory and while things change.
+    /// Number of rays that each probe traces through the voxels to find the surfaces around it. Rounded to the
+    /// square of an even number. Range 36..=256, default 64. Cost: proportional, in memory and while things
+    /// change.
     pub rays: u32,
-    /// Probes in or close to geometry move to where they see more, at most half a cell. Default `true`.
-    /// Cost: a few rays each, once a capture.
+    /// Whether probes in or close to geometry move to where they see more, by half a cell at most. Default
+    /// `true`. Cost: a few rays for each of them, once per capture.
     pub relocation: bool,
-    /// A probe lights only what it sees, as its depths say (Chebyshev's inequality, as in variance
-    /// shadow maps). Without, light goes through walls. Default `true`. Cost: a texture read for each of the
-    /// eight probes around a point.
+    /// Whether a probe lights only the points that it sees, according to its depths (Chebyshev's inequality, as
+    /// in variance shadow maps). Without it, light leaks through walls. Default `true`. Cost: a texture read
+    /// for each of the eight probes around a point.
     pub visibility: bool,
-    /// While light changes all the time, probes are looked at in every fourth frame only that are more than two
-    /// cells away from everything, and so light no surface, and those whose light changed by less than a
-    /// hundredth when they were looked at last. Default `true`. Saves up to three quarters of their share of
-    /// all probes.
+    /// Whether some probes are updated only every fourth frame while light changes continuously: those more
+    /// than two cells away from any surface, and those whose light changed by less than 1 % in their last
+    /// update. Default `true`. Saves up to three quarters of the cost of these probes.
     pub sleeping: bool,
-    /// Distance from the surface, along its normal, of the point whose visibility counts, as a fraction of a
-    /// cell. Range 0..=1, default 0.25. Too little: surfaces shade themselves; too much: light leaks.
+    /// Distance from the surface, along its normal, at which the visibility of probes is tested. A fraction of
+    /// a cell. Range 0..=1, default 0.25. Too low: surfaces shade themselves. Too high: light leaks.
     pub bias: f32,
 }
 
@@ -89,7 +92,7 @@ impl Default for ProbeSet {
 }
 
 impl ProbeSet {
-    /// The default with `resolution` probes along the longest side.
+    /// The same set with `resolution` probes along the longest side.
     pub fn with_resolution(self, resolution: u32) -> Self {
         Self { resolution, ..self }
     }

@@ -1,47 +1,48 @@
 //! Radiance hints.
 //!
-//! Source: G. Papaioannou, *Real-time diffuse global illumination using radiance hints* (High
-//! Performance Graphics 2011).
+//! Source: G. Papaioannou, *Real-time diffuse global illumination using radiance hints* (High Performance
+//! Graphics 2011).
 //!
 //! # Idea
 //!
-//! Diffuse indirect light varies slowly in space: a coarse lattice of points, the *hints*, is enough to
-//! hold it. Each keeps the radiance that arrives at it as spherical harmonics, and a surface is lit by the
-//! hints around it. The first bounce comes from reflective shadow maps; further ones from what the hints
-//! have of the bounce before.
+//! Diffuse indirect light varies slowly in space, so a coarse lattice of points, the *hints*, is enough to
+//! store it. Each hint stores the incident radiance as spherical harmonics, and a surface interpolates the
+//! hints around it. The first bounce comes from reflective shadow maps; each further bounce comes from the
+//! light that the hints have of the bounce before.
 //!
-//! Where the paper guesses what stands in between, here it is known: hints are the
-//! [probes](crate::scene::probes) of the volume, and rays through the voxels decide what a hint sees of a
-//! virtual point light, and which surface lies in each direction. A surface reflects with its own colour.
+//! The paper estimates visibility. Here it is traced: hints are the [probes](crate::scene::probes) of the
+//! volume, and rays through the voxels decide which virtual point lights (VPLs) a hint sees, and which surface
+//! lies in each direction. A surface reflects with its own colour.
 //!
-//! # A frame
+//! # Passes of a frame
 //!
 //! | pass | runs | does |
 //! |---|---|---|
-//! | `gi/hints/carry` | where the volume has moved | hints that stay where they are keep their light |
-//! | `gi/hints/albedo` | after a capture, for the next but one | mean albedo of the surfaces around each hint |
-//! | `gi/hints/lights` | while things change | light of lamps after their first bounce, from virtual point lights |
-//! | `gi/hints/bounce` | while things change | light of emissive surfaces and of the sky; what surfaces reflect |
-//! | `gi/hints/exchange` | while things change | in place of both: light from places around each hint, as in the paper |
+//! | `gi/hints/carry` | when the volume has moved | keeps the light of hints that stay in the volume |
+//! | `gi/hints/albedo` | after a capture, if `gi/hints/exchange` runs | mean albedo of the surfaces around each hint |
+//! | `gi/hints/lights` | while things change | light of lamps after one bounce, from VPLs |
+//! | `gi/hints/bounce` | while things change | light of emissive surfaces and of the sky; light that surfaces reflect |
+//! | `gi/hints/exchange` | while things change | second and later bounces from points around each hint, as in the paper, instead of from surfaces |
 //! | `gi/hints/surfaces` | while things change | radiance of each voxel = albedo x (E / pi) of the hints around it |
-//! | `gi/hints/sum` | while things change | all of it into the texture that is looked up |
-//! | `gi/hints/export` | while things change | looks the hints up for what is drawn forward |
+//! | `gi/hints/sum` | while things change | the sum of all light, into the texture that is looked up |
+//! | `gi/hints/export` | while things change | looks the hints up for forward-rendered objects |
 //! | `gi/hints/gather` | per camera | looks the hints up for each gathered pixel |
 //!
 //! In a still scene only the gather runs.
 //!
-//! After a change, a hint looks at a few virtual point lights and has one ray in each of some directions. Over the
-//! frames that follow it looks at the others, and along other rays, and takes the mean: its light is
-//! complete at once, and exact soon. Then it rests.
+//! After a change, each hint samples a subset of the VPLs and traces one ray in each of a set of directions.
+//! The following frames take the other VPLs and other rays, and accumulate the mean. The first frame therefore
+//! has all of the light, with an approximation error; after
+//! [`settle_frames`](RadianceHintsSettings::settle_frames), updates stop.
 //!
 //! # Memory
 //!
-//! 24 x 24 x 24 hints: 27 coefficients as `Rgba16Float`, 0.8 MB, and in full precision for each of four slots,
-//! 8 MB; 64 rays, 7 MB; depths, 11 MB.
+//! For 24 x 24 x 24 hints: 27 coefficients as `Rgba16Float`, 0.8 MB; the same in full precision for each of
+//! four slots, 8 MB; 64 rays per hint, 7 MB; depths, 11 MB.
 //!
 //! # Limits
 //!
-//! What is smaller than a cell of the lattice casts no shadow of indirect light. Reflections are as soft as
+//! Objects smaller than a cell of the lattice cast no shadow of indirect light. Reflections are as blurred as
 //! three bands of spherical harmonics.
 
 mod cache;

@@ -9,22 +9,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::{Clamp, Clamped, FieldRange, GiQuality, SettingsResource};
 
-/// Radiance hints, as a [`Technique`](crate::technique::Technique).
+/// Radiance hints, as a [`Technique`](crate::technique::Technique). See the [module](super).
 pub struct RadianceHints;
 
-/// How finely a hint tells directions apart, as the paper counts: bands of spherical harmonics.
+/// Order of the spherical harmonics stored per hint, counted as in the paper: the number of bands.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ShOrder {
-    /// Two bands, 4 coefficients a colour.
+    /// Two bands, 4 coefficients per colour channel.
     Two,
-    /// Three bands, 9 coefficients a colour: enough for all that a matte surface shows.
+    /// Three bands, 9 coefficients per colour channel: sufficient for diffuse reflection.
     #[default]
     Three,
 }
 
 impl ShOrder {
-    /// Coefficients of a colour.
+    /// Number of coefficients per colour channel.
     pub const fn coefficients(self) -> u32 {
         match self {
             Self::Two => 4,
@@ -33,149 +33,159 @@ impl ShOrder {
     }
 }
 
-/// Which parts of the reflective shadow maps light a hint.
+/// Which samples of the reflective shadow maps light a hint.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum HintSampling {
-    /// Virtual point lights, which are where the light is: the same for all hints, each in its turn.
+    /// Virtual point lights, which are placed where the light is. They are the same for all hints, and each has
+    /// its turn.
     #[default]
     VirtualPointLights,
-    /// Random texels of every map in a disk around the hint as the light sees it (Papaioannou 2011, section
-    /// 4), always the same ones. Each counts for its share of the disk; what is outside is left out.
+    /// Random texels of each map in a disk around the projection of the hint (Papaioannou 2011, section 4). The
+    /// texels of a hint are always the same. Each counts for its share of the disk; light outside the disk is
+    /// left out.
     Disk,
-    /// The same, but each counts for its share of the whole map, as the paper has it: too bright the more,
-    /// the smaller the disk.
+    /// Random texels in a disk, each of which counts for its share of the whole map, as in the paper. The
+    /// result is too bright, the more so the smaller the disk.
     DiskLiteral,
 }
 
-/// What stands between a hint and what lights it.
+/// How light on its way to a hint is occluded.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum HintOcclusion {
-    /// Nothing, as in the paper.
+    /// No occlusion, as in the paper.
     None,
-    /// Some points on the way are compared with what the light sees; each that is hidden from it takes a part
-    /// (section 8 of the paper, seen from the light instead of the camera).
+    /// Some points on the way are compared with the depth seen from the light. Each that is hidden from the
+    /// light takes a part of it (section 8 of the paper, from the light instead of the camera).
     LightDepth,
-    /// The same points are compared with what the first GI camera saw in the last frame, as in the paper. Light
-    /// depends on where one looks from, and what the camera does not see hides nothing.
+    /// Some points on the way are compared with the depth that the first GI camera saw in the last frame, as in
+    /// the paper. The light then depends on the viewpoint, and surfaces outside the view do not occlude.
     CameraDepth,
-    /// A ray through the voxels.
+    /// A ray is traced through the voxels.
     #[default]
     Voxels,
 }
 
-/// How light bounces on.
+/// Where light of the second and later bounces comes from.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum HintBounce {
-    /// From the surfaces that a hint sees, each lit by the hints around it, in its own colour.
+    /// From the surfaces that a hint sees. Each is lit by the hints around it and reflects with its own colour.
     #[default]
     Surfaces,
-    /// From random places around the hint (section 6 of the paper), as if each were a surface that faces it.
-    /// How much each counts is guessed from the distances that hints keep. Normalised so that a field of
-    /// the same light everywhere keeps its strength times [`average_albedo`](RadianceHintsSettings).
+    /// From random points around the hint (section 6 of the paper), as if each were a surface that faces it.
+    /// The weight of each is estimated from the distances that hints store. Normalised so that uniform light
+    /// keeps its strength times [`average_albedo`](RadianceHintsSettings::average_albedo).
     Hints,
-    /// The same, as equations 8 and 9 are printed: all light so far bounces again, and is divided by the
-    /// number of places once too often.
+    /// From random points around the hint, with equations 8 and 9 as printed: all light so far bounces again,
+    /// and is divided by the number of points once too often.
     HintsLiteral,
 }
 
-/// How a surface reads the hints.
+/// How a surface interpolates the hints.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum HintReconstruction {
-    /// The eight around it, those that see it.
+    /// From the eight hints around it, as far as they see it.
     #[default]
     Corners,
-    /// Some points before it, four in the paper, one along the normal and the others around it, each interpolated
-    /// (section 5). Light leaks through walls thinner than that.
+    /// From interpolated points in front of the surface (four in the paper): one along the normal, the others
+    /// in a ring around it (section 5). Light leaks through walls that are thinner than the distance of these
+    /// points.
     Taps,
 }
 
 /// Parameters of [radiance hints](super).
 ///
-/// Where the hints stand is up to the [`ProbeSet`](crate::ProbeSet) of each volume.
+/// The placement of the hints is a parameter of each volume, see [`ProbeSet`](crate::ProbeSet).
 #[derive(Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RadianceHintsSettings {
-    /// Bands of spherical harmonics (Papaioannou 2011, section 5). Default [`ShOrder::Three`]. Cost: order
-    /// three has about twice that of order two, in memory and per pixel.
+    /// Order of the spherical harmonics stored per hint (Papaioannou 2011, section 5). Default
+    /// [`ShOrder::Three`]. Cost: order three takes about twice the memory and the time per pixel of order two.
     pub order: ShOrder,
-    /// Virtual point lights that each hint looks at in a frame while light changes; others follow in the next
-    /// frames. Range 4..=256, default 96. Cost: proportional, only while things change.
+    /// Number of virtual point lights that each hint samples per frame while light changes; the others follow
+    /// in the next frames. With disks, the number of texels over all maps. Range 4..=256, default 96. Cost:
+    /// proportional, only while things change.
     pub samples: u32,
-    /// Bounces of light. Range 0..=6, default 2; without any, only the sky and emissive surfaces light indirectly.
-    /// Cost: from the second on, a pass over voxels and hints each, only while things change.
+    /// Number of bounces of light. With 0, only the sky and emissive surfaces light indirectly. Range 0..=6,
+    /// default 2. Cost: from the second bounce on, a pass over voxels and a pass over hints each, only while
+    /// things change.
     pub bounces: u32,
-    /// The last bounce goes on bouncing over the following frames. Default `true`. No cost.
+    /// Whether the last bounce keeps bouncing over the following frames. Default `true`. No cost.
     pub endless: bool,
-    /// Frames after a change over which light is accumulated before everything comes to rest. Range
+    /// Number of frames after a change over which light is accumulated; after that, updates stop. Range
     /// 1..=128, default 32. Cost: only in these frames.
     pub settle_frames: u32,
-    /// Which parts of the reflective shadow maps light a hint. Default
-    /// [`HintSampling::VirtualPointLights`]. With disks, `samples` are spread over the maps.
+    /// Which samples of the reflective shadow maps light a hint. Default [`HintSampling::VirtualPointLights`].
     pub sampling: HintSampling,
-    /// Radius of the disk, as a fraction of the map's side. Range 0.02..=1, default 0.35. No cost.
+    /// Radius of the disk that is sampled, as a fraction of the side of the map. Only with disks as
+    /// [`sampling`](Self::sampling). Range 0.02..=1, default 0.35. No cost.
     pub spread: f32,
-    /// Share of a frame in the light of lamps while meshes move; rounded to whole frames of memory. Less is calmer, and
-    /// lags more. At least two thirds while lamps change, and so much that after
-    /// [`settle_frames`](Self::settle_frames) no more than a fiftieth of the light of before is left. Range
-    /// 0.05..=1, default 0.5, which is what the paper has for the picture (section 9.1). No cost.
+    /// Weight of the newest frame in the first bounce while meshes move, rounded to a whole number of
+    /// accumulated frames. Lower is smoother but lags more. Raised to at least 2/3 while lights change, and as
+    /// far as needed for old light to fall to 2 % within [`settle_frames`](Self::settle_frames). Range
+    /// 0.05..=1, default 0.5, the value that the paper has for the picture (section 9.1). No cost.
     pub temporal_blend: f32,
-    /// What stands between a hint and what lights it. Default [`HintOcclusion::Voxels`]. Cost: most of
-    /// that of the samples.
+    /// How light on its way to a hint is occluded. Default [`HintOcclusion::Voxels`]. Cost: most of the cost of
+    /// the samples.
     pub occlusion: HintOcclusion,
-    /// Points on the way that are compared with a depth, if not with voxels (section 8). Range 1..=8, default 3.
-    /// Cost: proportional.
+    /// Number of points on the way that are compared with a depth (section 8). Only if
+    /// [`occlusion`](Self::occlusion) is by depth. Range 1..=8, default 3. Cost: proportional.
     pub occlusion_points: u32,
-    /// What each of them that is hidden takes of the light. Range 0..=1, default 0.5; the paper does not say. No
-    /// cost.
+    /// Part of the light that each hidden point takes. Only if [`occlusion`](Self::occlusion) is by depth.
+    /// Range 0..=1, default 0.5; the paper gives no value. No cost.
     pub occlusion_factor: f32,
-    /// Distance within which a texel that stands for many is no point, cells: nearer, light does not grow. Range
-    /// 0..=2, default 0.5. Only with disks; virtual point lights know their size. No cost.
+    /// Distance in cells below which the light of a sampled texel no longer grows, since a texel that
+    /// represents many is not a point. Only with disks; virtual point lights store their size. Range 0..=2,
+    /// default 0.5. No cost.
     pub min_distance: f32,
-    /// How light bounces on. Default [`HintBounce::Surfaces`].
+    /// Where light of the second and later bounces comes from. Default [`HintBounce::Surfaces`].
     pub bounce: HintBounce,
-    /// Places around a hint from which light bounces, if not from surfaces. Range 4..=64, default 24. Cost:
-    /// proportional.
+    /// Number of points around a hint from which light bounces. Only if [`bounce`](Self::bounce) is not from
+    /// surfaces. Range 4..=64, default 24. Cost: proportional.
     pub bounce_samples: u32,
-    /// How far away those are at most, and the greatest distance that hints keep: a fraction of the
-    /// volume's diagonal. Range 0.05..=1, default 0.35. No cost.
+    /// Maximum distance of the points from which light bounces, and of the distances that hints store. A
+    /// fraction of the volume's diagonal. Range 0.05..=1, default 0.35. No cost.
     pub reach: f32,
-    /// What those reflect. Range 0..=1, default 0.5. The paper has 1, which adds light without end in a
-    /// closed room. No cost.
+    /// Albedo of the points from which light bounces, if [`bounce`](Self::bounce) is not from surfaces and
+    /// [`coloured_bounces`](Self::coloured_bounces) is off. Range 0..=1, default 0.5. The paper has 1, with
+    /// which light grows without bound in a closed room. No cost.
     pub average_albedo: f32,
-    /// Whether light that bounces from hint to hint takes the colour of the surfaces around the place where it
-    /// does; without, it takes the average albedo. Default `true`. The paper names it as a further step. No cost
-    /// while only light changes.
+    /// Whether light that bounces from hint to hint takes the colour of the surfaces around the point where it
+    /// bounces. Without it, [`average_albedo`](Self::average_albedo) is used. Default `true`. The paper names
+    /// it as a further step. No cost while only light changes.
     pub coloured_bounces: bool,
-    /// Whether places count the less, the less likely the hint sees them (equation 11), if light does not bounce at
-    /// surfaces, where it is known. Default `true`. No cost.
+    /// Whether points from which light bounces are weighted by their estimated visibility from the hint
+    /// (equation 11). Only if [`bounce`](Self::bounce) is not from surfaces, whose visibility is known. Default
+    /// `true`. No cost.
     pub guess_visibility: bool,
-    /// How a surface reads the hints. Default [`HintReconstruction::Corners`]. Cost: taps are half as many
-    /// reads.
+    /// How a surface interpolates the hints. Default [`HintReconstruction::Corners`]. Cost: taps take half as
+    /// many reads.
     pub reconstruction: HintReconstruction,
-    /// Taps: one along the normal, the others in a ring. Range 1..=7, default 4 as in the paper. Cost:
-    /// proportional.
+    /// Number of taps in front of a surface: one along the normal, the others in a ring. Only with
+    /// [`HintReconstruction::Taps`]. Range 1..=7, default 4 as in the paper. Cost: proportional.
     pub taps: u32,
-    /// Angle between the normal and the taps of the ring. Range 45..=85 degrees, default 80 as in the paper. No cost.
+    /// Angle between the normal and the taps of the ring in degrees. Only with [`HintReconstruction::Taps`].
+    /// Range 45..=85, default 80 as in the paper. No cost.
     pub ring_angle: f32,
-    /// Distance of the taps, cells. Range 0.25..=2, default 1. The paper has a cell's diagonal, 1.73. No cost.
+    /// Distance of the taps in cells. Only with [`HintReconstruction::Taps`]. Range 0.25..=2, default 1. The
+    /// paper has the diagonal of a cell, 1.73. No cost.
     pub tap_distance: f32,
-    /// Whether glossy surfaces look the light in the direction of the mirror up. Without, they get none.
-    /// Default `true`. Cost: as much again per pixel of such surfaces.
+    /// Whether glossy surfaces receive specular light, looked up along the mirror direction. Without it, they
+    /// receive none. Default `true`. Cost: as much again per pixel of such surfaces.
     pub specular: bool,
-    /// Factor on light of lamps that has bounced once, where it is seen. Range 0..=8, default 1, which is physical.
-    /// Later bounces start from the physical light. No cost.
+    /// Factor on the light of lamps after one bounce, as it is displayed; later bounces are not affected. 1 is
+    /// physical. Range 0..=8, default 1. No cost.
     pub first_gain: f32,
-    /// Factor on light that has bounced more than that, where it is seen. Range 0..=8, default 1, which is
-    /// physical. No cost.
+    /// Factor on the light of later bounces, as it is displayed. 1 is physical. Range 0..=8, default 1. No
+    /// cost.
     pub later_gain: f32,
 }
 
@@ -212,8 +222,8 @@ impl Default for RadianceHintsSettings {
 }
 
 impl RadianceHintsSettings {
-    /// The given quality. Neither the number of hints nor that of voxels: these go with the scene, see
-    /// [`ProbeSet`](crate::ProbeSet) and [`GiVolume`](crate::GiVolume).
+    /// Settings of a quality level. The numbers of hints and voxels are not part of it, since they depend on
+    /// the scene: see [`ProbeSet`](crate::ProbeSet) and [`GiVolume`](crate::GiVolume).
     pub fn preset(quality: GiQuality) -> Self {
         let medium = Self::default();
         match quality {
@@ -237,9 +247,9 @@ impl RadianceHintsSettings {
         }
     }
 
-    /// As the paper has it (Papaioannou 2011): order two, 50 texels in disks, nothing stands in their way,
-    /// two bounces by its equations as printed, four taps a cell's diagonal away. The hints' number is that of
-    /// the [`ProbeSet`](crate::ProbeSet); the paper has 10 to 32 along the longest side.
+    /// Settings of Papaioannou 2011: order two, 50 texels in disks, no occlusion, two bounces by its equations
+    /// as printed, four taps at the distance of a cell's diagonal. The number of hints is a parameter of the
+    /// [`ProbeSet`](crate::ProbeSet); the paper has 10 to 32 along the longest side.
     pub fn paper() -> Self {
         Self {
             order: ShOrder::Two,
@@ -260,7 +270,7 @@ impl RadianceHintsSettings {
         }
     }
 
-    /// For open land under the sun: what is lit is large, and light rarely bounces twice.
+    /// For open land under the sun: lit areas are large, and light rarely bounces twice.
     pub fn sun() -> Self {
         Self {
             samples: 64,
@@ -270,7 +280,7 @@ impl RadianceHintsSettings {
         }
     }
 
-    /// For rooms: light bounces on and on.
+    /// For rooms: light bounces many times.
     pub fn indoor() -> Self {
         Self {
             spread: 0.53,
@@ -279,7 +289,7 @@ impl RadianceHintsSettings {
         }
     }
 
-    /// For a carried lamp: all light comes from one small place that moves, so that many samples a frame pay.
+    /// For a carried lamp: all light comes from one small moving area, so that more samples per frame pay off.
     pub fn flashlight() -> Self {
         Self {
             samples: 192,

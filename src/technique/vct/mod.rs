@@ -1,16 +1,16 @@
 //! Voxel cone tracing.
 //!
-//! Sources: S. Freed, *Real-time global illumination with voxel cone tracing* (MSc thesis, Cal
-//! Poly, 2018), for the frame; C. Crassin et al., *Interactive indirect illumination using voxel
-//! cone tracing* (2011), for cells that look different from each side.
+//! Sources: S. Freed, *Real-time global illumination with voxel cone tracing* (MSc thesis, Cal Poly, 2018), for
+//! the frame; C. Crassin et al., *Interactive indirect illumination using voxel cone tracing* (2011), for
+//! anisotropic cells.
 //!
 //! # Idea
 //!
-//! The [voxels](crate::scene::voxels) of all surfaces are lit, and filtered into ever coarser cells
-//! of radiance and opacity. A bundle of light paths is then a single cone: it marches away from a
-//! surface and reads, at each step, the level whose cells are as wide as the cone.
+//! The [voxels](crate::scene::voxels) of all surfaces are lit, and filtered into coarser and coarser cells of
+//! radiance and opacity. A single cone then represents a bundle of light paths: it marches away from a surface
+//! and reads, at each step, the level whose cells are as wide as the cone.
 //!
-//! # A frame
+//! # Passes of a frame
 //!
 //! | pass | runs | does |
 //! |---|---|---|
@@ -18,22 +18,21 @@
 //! | `gi/vct/bounce` | while things change | traces diffuse cones from a part of the voxels, through the radiance of the last frame: second and later bounces, and the sky |
 //! | `gi/vct/light` | while things change | radiance = emission + albedo / pi x (direct + bounced irradiance) |
 //! | `gi/vct/filter_voxels`, `gi/vct/filter_cells` | while things change | builds the cells |
-//! | `gi/vct/export` | while things change | diffuse cones of each probe, for what is drawn forward |
-//! | `gi/vct/gather` | per camera | diffuse and specular cones of each gathered pixel |
+//! | `gi/vct/export` | while things change | traces diffuse cones from each probe, for forward-rendered objects |
+//! | `gi/vct/gather` | per camera | traces diffuse and specular cones for each gathered pixel |
 //!
 //! In a still scene only the gather runs.
 //!
 //! # Memory
 //!
-//! The cache is one `Rgba16Float` 3D texture: premultiplied radiance and opacity of cells of 2
-//! voxels, for the six directions of travel, stacked along z; `levels` mip levels. 128 voxels along
-//! each side: 64 x 64 x 384 texels, 14 MiB.
+//! The cache is one `Rgba16Float` 3D texture with premultiplied radiance and opacity of cells of 2 voxels. It
+//! holds the six directions of travel, stacked along z, and `levels` mip levels. With 128 voxels along each
+//! side it has 64 x 64 x 384 texels, 14 MiB.
 //!
 //! # Limits
 //!
-//! Things thinner than a cell look fatter to a cone, the more so the further away they are; mirrors
-//! show cells. Two surfaces nearer to each other than two voxels can exchange light through each
-//! other's gaps.
+//! Objects thinner than a cell appear thicker to a cone, increasingly with distance. Mirrors show cells. Two
+//! surfaces less than two voxels apart can exchange light through each other's gaps.
 
 mod cache;
 mod debug;

@@ -9,74 +9,76 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::{Clamp, Clamped, FieldRange, GiQuality, SettingsResource};
 
-/// Voxel cone tracing, as a [`Technique`](crate::technique::Technique).
+/// Voxel cone tracing, as a [`Technique`](crate::technique::Technique). See the [module](super).
 pub struct VoxelConeTracing;
 
 /// Directions of the diffuse cones.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ConeLayout {
-    /// Any number of cones of equal weight on a cosine-distributed spiral, turned by another angle
-    /// in each pixel and frame; history and filtering average the turns.
+    /// Any number of cones of equal weight on a cosine-distributed spiral. The spiral is rotated by a different
+    /// angle in each pixel and frame; accumulation and filtering average the rotations.
     #[default]
     Spiral,
-    /// Five cones: one along the normal, four tilted by 45 degrees, equal weights (Freed 2018,
-    /// section 4.5.2).
+    /// Five cones of equal weight: one along the normal, four tilted by 45 degrees (Freed 2018, section 4.5.2).
     Freed2018,
 }
 
 /// Parameters of [voxel cone tracing](super).
 ///
-/// The voxels' resolution is that of each [`GiVolume`](crate::GiVolume).
+/// The resolution of the voxels is a parameter of each [`GiVolume`](crate::GiVolume).
 #[derive(Resource, Reflect, ExtractResource, Serialize, Deserialize, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct VoxelConeTracingSettings {
-    /// Diffuse cones per gathered pixel (Freed 2018, section 4.5.2). Range 1..=16, default 5. Cost:
+    /// Number of diffuse cones per gathered pixel (Freed 2018, section 4.5.2). Range 1..=16, default 5. Cost:
     /// proportional.
     pub cones: u32,
-    /// How the diffuse cones are arranged. Default [`ConeLayout::Spiral`]. No cost.
+    /// Arrangement of the diffuse cones. Default [`ConeLayout::Spiral`]. No cost.
     pub cone_layout: ConeLayout,
-    /// Full opening angle of a diffuse cone, degrees. Range 10..=90, default 60. Narrower cones are
-    /// sharper, see more levels, and cost more steps.
+    /// Full opening angle of a diffuse cone in degrees. Range 10..=90, default 60. Narrower cones give sharper
+    /// light and read finer levels. Cost: narrower cones take more steps.
     pub cone_angle: f32,
-    /// Step along a cone as a fraction of its diameter. Range 0.25..=1, default 1. Cost:
+    /// Length of a step along a cone, as a fraction of the cone's diameter. Range 0.25..=1, default 1. Cost:
     /// inversely proportional.
     pub step: f32,
-    /// Most steps along a diffuse cone (Freed 2018, listing 4.1). Range 1..=256, default 48. Cost: that
-    /// of the steps; few cones need so many.
+    /// Maximum number of steps along a diffuse cone (Freed 2018, listing 4.1). Range 1..=256, default 48. Cost:
+    /// proportional to the steps taken; few cones reach the maximum.
     pub diffuse_steps: u32,
-    /// Most steps along a specular cone. Range 1..=256, default 48. Mirrors need many.
+    /// Maximum number of steps along a specular cone. Range 1..=256, default 48. Mirrors need many. Cost:
+    /// proportional to the steps taken.
     pub specular_steps: u32,
-    /// Distance of a cone's start from the surface, along the normal, voxels. Range 0..=8, default
-    /// 1. Too little: surfaces shade themselves; too much: light leaks at contacts.
+    /// Distance of the start of a cone from the surface, along the normal, in voxels. Range 0..=8, default 1.
+    /// Too low: surfaces shade themselves. Too high: light leaks at contacts.
     pub bias: f32,
-    /// Largest cell that a cone reads, as a fraction of its height above the plane it started from.
-    /// Larger cells reach back behind that plane, and what lies there shades the surface. Range
+    /// Maximum size of the cells that a cone reads, as a fraction of its height above the plane of the surface
+    /// it starts from. Larger cells extend behind that plane, and geometry there shades the surface. Range
     /// 0.1..=4, default 0.18. Cost: smaller cells take more steps.
     pub clearance: f32,
-    /// A cone ends once it is this opaque (Freed 2018, listing 4.1: 0.95). Range 0.5..=1, default 0.97.
+    /// Opacity at which a cone ends (Freed 2018, listing 4.1: 0.95). Range 0.5..=1, default 0.97. Cost: a lower
+    /// value ends cones earlier.
     pub opacity_cutoff: f32,
-    /// How often a fully covered cell counts along a cone. A wall is one cell thick at every level,
-    /// and is sampled off its centre: too little, and light leaks through it; too much, and things
-    /// grow fatter the further away they are. Range 1..=8, default 2.
+    /// Optical density of a fully covered cell, as the number of times that it counts along a cone. A wall is
+    /// one cell thick at every level and is sampled off its centre. Too low: light leaks through it. Too high:
+    /// distant objects appear thicker. Range 1..=8, default 2.
     pub density: f32,
-    /// The same for cells of the finest level. What is near is seen sharply enough to be dense, and
-    /// stops what would leak. Range 1..=8, default 5.
+    /// Optical density of a fully covered cell of the finest level, as the number of times that it counts along
+    /// a cone. Nearby surfaces are resolved sharply enough to be dense, and block light that would leak. Range
+    /// 1..=8, default 5.
     pub finest_density: f32,
-    /// Bounces after the first that still gain light after a change of the scene; lighting goes
-    /// on through further ones as long as something changes. Range 0..=16, default 10. Cost: only
-    /// while things change.
+    /// Number of bounces after the first that are computed after a change of the scene. While the scene keeps
+    /// changing, light keeps bouncing beyond that number. Range 0..=16, default 10. Cost: only while things
+    /// change.
     pub bounces: u32,
-    /// Part of the voxels whose bounced light is traced anew each frame while things change, 1/1,
-    /// 1/2, 1/4 or 1/8. Range 1..=8 (the divisor), default 2. Cost: inversely proportional; a
-    /// bounce takes as many frames.
+    /// Number of frames in which bounced light is traced once from all voxels, while things change: 1 traces
+    /// all voxels in each frame, 8 traces an eighth. Range 1..=8, default 2. Cost: inversely proportional, but
+    /// a bounce takes as many frames.
     pub bounce_interval: u32,
-    /// Cones per voxel when bounced light is traced. Range 1..=16, default 6. Cost: proportional, only
-    /// while things change.
+    /// Number of cones that trace bounced light, per voxel and per side of a probe that lights forward-rendered
+    /// objects. Range 1..=16, default 6. Cost: proportional, only while things change.
     pub bounce_cones: u32,
-    /// Whether a specular cone is traced for glossy and metallic surfaces (Crassin 2011, section 7).
-    /// Default `true`. Cost: a cone per gathered pixel of such surfaces.
+    /// Whether glossy and metallic surfaces trace a specular cone (Crassin 2011, section 7). Default `true`.
+    /// Cost: a cone per gathered pixel of such surfaces.
     pub specular: bool,
 }
 
@@ -103,7 +105,7 @@ impl Default for VoxelConeTracingSettings {
 }
 
 impl VoxelConeTracingSettings {
-    /// The given quality.
+    /// Settings of a quality level.
     pub fn preset(quality: GiQuality) -> Self {
         let medium = Self::default();
         match quality {
@@ -141,9 +143,9 @@ impl VoxelConeTracingSettings {
         }
     }
 
-    /// The values of Freed 2018: five cones of 45 degrees, half a diameter a step, opacity cut off
-    /// at 0.95, one bounce, specular cones of `0.1 pi roughness`. What the thesis leaves open (step
-    /// counts, bias) keeps its default.
+    /// Settings of Freed 2018: five cones of 45 degrees, steps of half a diameter, opacity cut off at 0.95, one
+    /// bounce, specular cones of `0.1 pi roughness`. What the thesis does not specify (step counts, bias) keeps
+    /// its default.
     pub fn paper() -> Self {
         Self {
             cones: 5,
