@@ -79,7 +79,7 @@ impl GiVolume {
     /// the border included. It has `resolution` voxels along its longest side.
     ///
     /// The volume extends beyond the corners by the margin that voxels and the probes of a default
-    /// [`ProbeSet`](crate::ProbeSet) need on the outer side of a surface. Its fade is 0, since nothing lies
+    /// [`ProbeSet`] need on the outer side of a surface. Its fade is 0, since nothing lies
     /// beyond.
     ///
     /// ```no_run

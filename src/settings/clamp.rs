@@ -4,13 +4,8 @@ use bevy::{color::LinearRgba, log::warn, math::Vec3};
 
 /// A type whose fields have ranges.
 pub trait Clamped {
-<<<<<<< HEAD
     /// Brings every field into its range, through `clamp`. Default: no field has a range.
     fn clamp(&mut self, _clamp: &mut Clamp) {}
-=======
-    /// Clamps every field to its range, through `clamp`.
-    fn clamp(&mut self, clamp: &mut Clamp);
->>>>>>> docs
 }
 
 /// Range of a numeric field of a settings type.
