@@ -2,7 +2,7 @@
 //! such a device, without a GPU.
 
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeSet, HashMap},
     path::Path,
     sync::{Arc, Mutex},
 };
@@ -41,6 +41,7 @@ use crate::{
     camera::ExtractedGiCamera,
     gpu::caps::{COMMON, DeviceNeeds, WRITTEN},
     prelude::*,
+    schedule::{GiPrepare, GiSystems},
     wgsl_tests,
 };
 
@@ -512,4 +513,38 @@ fn nothing_is_made_where_nothing_can_run() {
     }
     let made: Vec<_> = idle.own_pipelines().map(|(label, _)| label).collect();
     assert!(made.is_empty(), "{made:?}");
+}
+
+/// Systems of the crate that touch the same data have an order, unless none of them writes it.
+///
+/// Names of systems and data are known with Bevy's feature `debug` alone; without it, their sets say where to look.
+#[test]
+fn systems_that_touch_the_same_data_are_ordered() {
+    let mut idle = Idle::new(WgpuLimits::defaults());
+    idle.spawn_scene(GiVolume::new(Vec3::splat(4.0)).with_resolution(32));
+    idle.steps(3);
+    let world = idle.app.sub_app(RenderApp).world();
+    let (mut systems, mut unordered) = (0, Vec::new());
+    for (label, schedule) in world.resource::<Schedules>().iter() {
+        let prepare = GiPrepare::ALL.map(|set| (format!("{set:?}"), set.intern()));
+        let record = GiSystems::ALL.map(|set| (format!("{set:?}"), set.intern()));
+        // The set of each system of the crate.
+        let mut sets = HashMap::new();
+        for (name, set) in prepare.into_iter().chain(record) {
+            for system in schedule.graph().systems_in_set(set).into_iter().flatten() {
+                sets.insert(*system, name.clone());
+            }
+        }
+        systems += sets.len();
+        for (a, b, data) in schedule.graph().conflicting_systems().iter() {
+            if let (Some(a), Some(b)) = (sets.get(a), sets.get(b)) {
+                let components = world.components();
+                let data = data.iter().map(|id| components.get_name(*id));
+                let data: Vec<_> = data.flatten().collect();
+                unordered.push(format!("{label:?}: {a} and {b}, {data:?}"));
+            }
+        }
+    }
+    assert!(systems > 40, "only {systems} systems were found");
+    assert!(unordered.is_empty(), "{}", unordered.join("\n"));
 }

@@ -50,12 +50,38 @@ pub enum GiSystems {
     ShowDebug,
 }
 
+#[cfg(test)]
+impl GiSystems {
+    /// All of them.
+    pub(crate) const ALL: [Self; 10] = [
+        Self::CaptureScene,
+        Self::UpdateCaches,
+        Self::Export,
+        Self::Gather,
+        Self::Denoise,
+        Self::Composite,
+        Self::ShowExport,
+        Self::HideExport,
+        Self::FillDebug,
+        Self::ShowDebug,
+    ];
+}
+
 /// Steps of preparation in the render world, in the order in which they run.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GiPrepare {
-    /// Memory of the capture, and which parts of it are rendered again: lights, shadow maps, voxels. The only
-    /// step in [`RenderSystems::PrepareResources`](bevy::render::RenderSystems::PrepareResources).
-    Scene,
+    /// Memory of the shadow maps, and which of them are rendered again. This and the following steps, up to
+    /// [`Units`](Self::Units), are in
+    /// [`RenderSystems::PrepareResources`](bevy::render::RenderSystems::PrepareResources).
+    ShadowMaps,
+    /// The same for reflective shadow maps.
+    ReflectiveMaps,
+    /// Memory of the voxels, and which volumes are voxelized again.
+    Voxels,
+    /// Lights, which name their shadow maps, and the sky.
+    Lights,
+    /// Units in which light is stored, from lights, sky and voxels.
+    Units,
     /// Bind groups of the scene and of the surfaces that cameras see. This and the following steps are in
     /// [`RenderSystems::PrepareBindGroups`](bevy::render::RenderSystems::PrepareBindGroups).
     Bindings,
@@ -69,6 +95,23 @@ pub enum GiPrepare {
     Composite,
 }
 
+#[cfg(test)]
+impl GiPrepare {
+    /// All of them.
+    pub(crate) const ALL: [Self; 10] = [
+        Self::ShadowMaps,
+        Self::ReflectiveMaps,
+        Self::Voxels,
+        Self::Lights,
+        Self::Units,
+        Self::Bindings,
+        Self::Probes,
+        Self::Caches,
+        Self::Views,
+        Self::Composite,
+    ];
+}
+
 /// Orders [`GiPrepare`] and [`GiSystems`] among themselves and against Bevy's own passes.
 pub(crate) struct SchedulePlugin;
 
@@ -80,7 +123,15 @@ impl Plugin for SchedulePlugin {
         render_app
             .configure_sets(
                 Render,
-                GiPrepare::Scene.in_set(RenderSystems::PrepareResources),
+                (
+                    GiPrepare::ShadowMaps,
+                    GiPrepare::ReflectiveMaps,
+                    GiPrepare::Voxels,
+                    GiPrepare::Lights,
+                    GiPrepare::Units,
+                )
+                    .chain()
+                    .in_set(RenderSystems::PrepareResources),
             )
             .configure_sets(
                 Render,

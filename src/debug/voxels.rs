@@ -128,9 +128,11 @@ impl Plugin for VoxelViewPlugin {
                 Render,
                 (
                     forget
-                        .in_set(GiPrepare::Scene)
+                        .in_set(GiPrepare::Voxels)
                         .run_if(any_with_component::<VoxelView>),
-                    prepare_targets.in_set(GiPrepare::Scene).run_if(shows_cells),
+                    prepare_targets
+                        .in_set(GiPrepare::Voxels)
+                        .run_if(shows_cells),
                     show_surfaces.in_set(GiPrepare::Composite).run_if(
                         |debug: Res<GiDebugSettings>| debug.view.painter() == Painter::Voxels,
                     ),

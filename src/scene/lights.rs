@@ -238,7 +238,7 @@ impl Plugin for LightsPlugin {
         render_app
             .init_resource::<SceneLights>()
             .add_systems(ExtractSchedule, extract_lights)
-            .add_systems(Render, write_lights.in_set(GiPrepare::Scene));
+            .add_systems(Render, write_lights.in_set(GiPrepare::Lights));
     }
 }
 

@@ -67,7 +67,7 @@ impl Plugin for SkyPlugin {
             .init_resource::<SceneSky>()
             .add_systems(RenderStartup, init_black_cube)
             .add_systems(ExtractSchedule, extract_sky)
-            .add_systems(Render, prepare_sky.in_set(GiPrepare::Scene));
+            .add_systems(Render, prepare_sky.in_set(GiPrepare::Lights));
     }
 }
 

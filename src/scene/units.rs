@@ -162,7 +162,7 @@ impl Plugin for UnitsPlugin {
         };
         render_app
             .insert_resource(units)
-            .add_systems(Render, follow_light.in_set(GiPrepare::Scene));
+            .add_systems(Render, follow_light.in_set(GiPrepare::Units));
     }
 }
 

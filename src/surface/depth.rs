@@ -66,7 +66,7 @@ impl Plugin for CameraDepthPlugin {
             .add_systems(
                 Render,
                 (
-                    choose_camera.in_set(GiPrepare::Scene).run_if(supported),
+                    choose_camera.in_set(GiPrepare::Lights).run_if(supported),
                     prepare.in_set(GiPrepare::Views).run_if(supported),
                 ),
             )

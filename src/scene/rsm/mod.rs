@@ -89,7 +89,7 @@ impl Plugin for RsmPlugin {
             .add_systems(
                 Render,
                 (
-                    prepare::prepare_maps.in_set(GiPrepare::Scene),
+                    prepare::prepare_maps.in_set(GiPrepare::ReflectiveMaps),
                     prepare::prepare_bind_groups.in_set(GiPrepare::Bindings),
                 )
                     .run_if(supported),

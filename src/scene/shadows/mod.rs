@@ -177,12 +177,7 @@ impl Plugin for ShadowsPlugin {
                     .after(super::lights::extract_lights)
                     .after(NeedsKnown),
             )
-            .add_systems(
-                Render,
-                prepare_shadows
-                    .in_set(GiPrepare::Scene)
-                    .before(super::lights::write_lights),
-            )
+            .add_systems(Render, prepare_shadows.in_set(GiPrepare::ShadowMaps))
             .add_systems(
                 RenderGraph,
                 draw_shadows

@@ -90,7 +90,7 @@ impl Plugin for VoxelsPlugin {
             .add_systems(
                 Render,
                 prepare::prepare_voxels
-                    .in_set(GiPrepare::Scene)
+                    .in_set(GiPrepare::Voxels)
                     .run_if(supported),
             )
             .add_systems(Render, prepare::read_counts.in_set(RenderSystems::Cleanup))
