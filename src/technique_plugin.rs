@@ -25,7 +25,7 @@ use crate::{
         probes::{LookAgain, SceneProbes},
         rsm::SceneRsm,
         units::LightUnits,
-        volume::ExtractedVolume,
+        volume::{ExtractedVolume, with_volume},
         voxels::SceneVoxels,
     },
     schedule::{GiPrepare, GiSystems},
@@ -63,7 +63,7 @@ impl<T: Technique> Plugin for TechniquePlugin<T> {
         T::build(app);
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             render_app
-                .add_observer(drop_cache::<T>)
+                .add_observer(with_volume::<T::Cache>)
                 .add_systems(RenderStartup, init_pipelines::<T>.run_if(possible::<T>))
                 .add_systems(ExtractSchedule, extract_needs::<T>.in_set(NeedsKnown))
                 .add_systems(
@@ -103,11 +103,6 @@ fn extract_needs<T: Technique>(
     if cameras.iter().any(uses) {
         needs.add(T::needs(&settings));
     }
-}
-
-/// A volume that is gone takes the technique's cache with it.
-fn drop_cache<T: Technique>(removed: On<Remove, ExtractedVolume>, mut commands: Commands) {
-    commands.entity(removed.entity).try_remove::<T::Cache>();
 }
 
 type VolumeData<'a, T> = (

@@ -1,7 +1,7 @@
 //! What the compiler does not see: structs that Rust and WGSL share, and who may import whom.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
 };
@@ -260,4 +260,142 @@ fn shader_import_paths_are_file_paths() {
             path.display()
         );
     }
+}
+
+/// Modules of the crate by their paths, each with its text without tests and comments.
+fn modules() -> BTreeMap<Vec<String>, String> {
+    let module = |(path, text): (PathBuf, String)| {
+        let relative = path.strip_prefix("src").unwrap().with_extension("");
+        let mut module: Vec<String> = relative
+            .iter()
+            .map(|part| part.to_str().unwrap().to_owned())
+            .collect();
+        if module.last().is_some_and(|last| last == "mod") {
+            module.pop();
+        }
+        let code = text.split("#[cfg(test)]\nmod tests").next().unwrap();
+        let lines = code
+            .lines()
+            .filter(|line| !line.trim_start().starts_with("//"));
+        (module, lines.collect::<Vec<_>>().join("\n"))
+    };
+    sources("rs").into_iter().map(module).collect()
+}
+
+/// The paths of a tree of imports: `a::{b, c::{d}}` has `a::b` and `a::c::d`.
+fn paths(tree: &str, prefix: &[String], found: &mut Vec<Vec<String>>) {
+    let parts = |path: &str| -> Vec<String> {
+        let path = path.split(" as ").next().unwrap();
+        let parts = path.split("::").map(str::trim);
+        parts.filter(|p| !p.is_empty()).map(str::to_owned).collect()
+    };
+    let Some((path, group)) = tree.trim().split_once('{') else {
+        found.push([prefix, &parts(tree)[..]].concat());
+        return;
+    };
+    let prefix = [prefix, &parts(path)[..]].concat();
+    let group = &group[..group.rfind('}').unwrap()];
+    let (mut depth, mut start) = (0, 0);
+    for (i, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                paths(&group[start..i], &prefix, found);
+                start = i + 1;
+            }
+            _ => {}
+        }
+    }
+    if !group[start..].trim().is_empty() {
+        paths(&group[start..], &prefix, found);
+    }
+}
+
+/// The modules that one imports from. What a module only hands on (`pub use`) is none of its business.
+fn imported(
+    module: &[String],
+    text: &str,
+    all: &BTreeMap<Vec<String>, String>,
+) -> BTreeSet<Vec<String>> {
+    let mut found = Vec::new();
+    let mut rest = String::new();
+    for statement in text.split_inclusive(';') {
+        let line = statement.trim_start();
+        let line = line.rsplit("}\n").next().unwrap().trim_start();
+        if let Some(tree) = line.strip_prefix("use ") {
+            paths(tree.trim_end_matches(';'), &[], &mut found);
+        } else if !line.starts_with("pub") || !line.contains(" use ") {
+            rest.push_str(statement);
+        }
+    }
+    for start in ["crate::", "super::"] {
+        for (at, _) in rest.match_indices(start) {
+            let path = rest[at..]
+                .split(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'))
+                .next()
+                .unwrap();
+            paths(path, &[], &mut found);
+        }
+    }
+    let resolve = |path: Vec<String>| -> Option<Vec<String>> {
+        let mut base = match path.first()?.as_str() {
+            "crate" => Vec::new(),
+            "super" => module[..module.len().saturating_sub(1)].to_vec(),
+            first if all.contains_key(&[module, &[first.to_owned()]].concat()) => module.to_vec(),
+            _ => return None,
+        };
+        let mut rest = &path[..];
+        if matches!(path[0].as_str(), "crate" | "super") {
+            rest = &path[1..];
+        }
+        while rest.first().is_some_and(|part| part == "super") {
+            base.pop();
+            rest = &rest[1..];
+        }
+        let longest = (0..=rest.len()).rev();
+        longest
+            .map(|n| [&base[..], &rest[..n]].concat())
+            .find(|candidate| !candidate.is_empty() && all.contains_key(candidate))
+    };
+    let mut imported: BTreeSet<_> = found.into_iter().filter_map(resolve).collect();
+    imported.remove(module);
+    imported
+}
+
+/// Modules that are not in order yet: they import from each other.
+const IN_CIRCLES: [&str; 1] = ["reference"];
+
+/// No module imports from one that imports from it, directly or by way of others.
+#[test]
+fn imports_make_no_circle() {
+    let all = modules();
+    let mut edges: BTreeMap<_, _> = all
+        .iter()
+        .map(|(module, text)| (module.clone(), imported(module, text, &all)))
+        .collect();
+    let count: usize = edges.values().map(BTreeSet::len).sum();
+    assert!(count > 300, "only {count} imports were found");
+    edges.retain(|module, _| {
+        let first = module.first().map(String::as_str);
+        !first.is_some_and(|first| IN_CIRCLES.contains(&first))
+    });
+    // What imports nothing that is left is taken away, until all that is left lies on circles, or above one.
+    loop {
+        let left: BTreeSet<_> = edges.keys().cloned().collect();
+        let before = edges.len();
+        edges.retain(|_, imports| imports.iter().any(|import| left.contains(import)));
+        if edges.len() == before {
+            break;
+        }
+    }
+    let left: BTreeSet<_> = edges.keys().cloned().collect();
+    let circles: Vec<_> = edges
+        .iter()
+        .map(|(module, imports)| {
+            let imports = imports.intersection(&left).map(|path| path.join("::"));
+            format!("{} -> {:?}", module.join("::"), imports.collect::<Vec<_>>())
+        })
+        .collect();
+    assert!(circles.is_empty(), "{}", circles.join("\n"));
 }

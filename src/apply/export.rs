@@ -53,7 +53,7 @@ use crate::{
     scene::{
         bind_group::{SceneBindGroup, scene_layout},
         units::LightUnits,
-        volume::{ExtractedVolume, GiVolume, Grid, VolumeGrid, update_grids},
+        volume::{ExtractedVolume, GiVolume, Grid, VolumeGrid, update_grids, with_volume},
     },
     schedule::{GiPrepare, GiSystems},
     settings::{GiSettings, GiTechnique},
@@ -103,7 +103,7 @@ impl Plugin for ExportPlugin {
             return;
         };
         render_app
-            .add_observer(drop_cubes)
+            .add_observer(with_volume::<(ExtractedExport, ExportCubes)>)
             .add_systems(ExtractSchedule, extract_exports)
             .add_systems(
                 Render,
@@ -302,13 +302,6 @@ fn extract_exports(mut commands: Commands, volumes: Extract<Query<VolumeData, Wi
             None => entity.remove::<(ExtractedExport, ExportCubes)>(),
         };
     }
-}
-
-/// A volume that is gone takes its export with it.
-fn drop_cubes(removed: On<Remove, ExtractedVolume>, mut commands: Commands) {
-    commands
-        .entity(removed.entity)
-        .try_remove::<(ExtractedExport, ExportCubes)>();
 }
 
 /// Uniform of an export; `export.wgsl` is its twin.

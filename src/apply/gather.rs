@@ -28,7 +28,6 @@ use crate::{
     scene::{
         bind_group::{SceneBindGroup, scene_layout},
         units::LightUnits,
-        visibility::grid_bounds,
         volume::ExtractedVolume,
     },
     schedule::{GiPrepare, GiSystems},
@@ -111,7 +110,6 @@ impl Plugin for ViewIndirectPlugin {
             Render,
             prepare_view_indirect
                 .in_set(GiPrepare::Views)
-                .before(super::temporal::prepare_history)
                 .run_if(supported),
         );
     }
@@ -197,11 +195,8 @@ fn seen_volumes<'a>(
         }
         statistics.warn(vec![warning]);
         let eye = view.world_from_view.translation();
-        let distance = |volume: &ExtractedVolume| {
-            grid_bounds(&volume.grid)
-                .closest_point(eye)
-                .distance(eye.into())
-        };
+        let distance =
+            |volume: &ExtractedVolume| volume.grid.bounds().closest_point(eye).distance(eye.into());
         seen.sort_by(|(_, a), (_, b)| {
             distance(a)
                 .total_cmp(&distance(b))
@@ -218,7 +213,7 @@ fn seen_volumes<'a>(
 }
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
-fn prepare_view_indirect(
+pub(super) fn prepare_view_indirect(
     mut commands: Commands,
     mut views: Query<ViewData>,
     volumes: Query<(Entity, &ExtractedVolume)>,

@@ -14,12 +14,9 @@ use bevy::{
 
 use super::export::ExportCubes;
 use crate::{
-    debug::{
-        GiDebugSettings,
-        shapes::{DebugShapes, FillPass},
-    },
+    debug::{GiDebugSettings, fill::FillPass, shapes::DebugShapes},
     gpu::{caps::supported, compute::ComputePass},
-    scene::volume::ExtractedVolume,
+    scene::volume::{ExtractedVolume, with_volume},
     schedule::GiPrepare,
 };
 
@@ -51,15 +48,10 @@ impl Plugin for ProbesPlugin {
             return;
         };
         render_app
-            .add_observer(drop_probes)
+            .add_observer(with_volume::<DebugShapes>)
             .add_systems(RenderStartup, init_pass.run_if(supported))
             .add_systems(Render, prepare_probes.in_set(GiPrepare::Composite));
     }
-}
-
-/// A volume that is gone takes its spheres with it.
-fn drop_probes(removed: On<Remove, ExtractedVolume>, mut commands: Commands) {
-    commands.entity(removed.entity).try_remove::<DebugShapes>();
 }
 
 fn init_pass(mut commands: Commands, server: Res<AssetServer>, cache: Res<PipelineCache>) {

@@ -14,7 +14,7 @@ use bevy::{
     },
 };
 
-use super::gather::{ViewIndirect, gather_texture};
+use super::gather::{ViewIndirect, gather_texture, prepare_view_indirect};
 use crate::{
     gpu::{
         caps::supported,
@@ -78,7 +78,10 @@ impl Plugin for TemporalPlugin {
             .add_systems(
                 Render,
                 // Between the two, the commands of the first are applied.
-                prepare_history.in_set(GiPrepare::Views).run_if(supported),
+                prepare_history
+                    .in_set(GiPrepare::Views)
+                    .after(prepare_view_indirect)
+                    .run_if(supported),
             )
             .add_systems(Core3d, accumulate.in_set(GiSystems::Denoise));
     }

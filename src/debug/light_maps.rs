@@ -15,7 +15,7 @@ use bevy::{
     },
 };
 
-use super::{GiDebugSettings, GiView, Painter, shapes::FillPass};
+use super::{GiDebugSettings, GiView, Painter, fill::FillPass};
 use crate::{
     gpu::{
         caps::supported,

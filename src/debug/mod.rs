@@ -6,6 +6,7 @@
 //! picture: volumes and their cells as gizmos (`gizmos.rs`), everything else as spheres in one instanced pass
 //! (`shapes.rs`); a technique adds its own points as `DebugShapes`.
 
+pub(crate) mod fill;
 mod gizmos;
 pub(crate) mod light_maps;
 pub(crate) mod shapes;

@@ -6,7 +6,7 @@ use bevy::{
     asset::{AssetServer, Handle, embedded_asset, load_embedded_asset},
     core_pipeline::{core_3d::CORE_3D_DEPTH_FORMAT, schedule::Core3d},
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
-    math::{UVec3, Vec3, Vec4},
+    math::{Vec3, Vec4},
     render::{
         RenderApp, RenderStartup,
         camera::ExtractedCamera,
@@ -17,11 +17,11 @@ use bevy::{
     shader::{Shader, load_shader_library},
 };
 
-use super::{GiDebugSettings, Painter, light_maps::DebugMarks};
+use super::{GiDebugSettings, Painter, fill::FillPass, light_maps::DebugMarks};
 use crate::{
     gpu::{
         caps::supported,
-        compute::{ComputePass, Groups, Recorder},
+        compute::{Groups, Recorder},
         fullscreen::camera_pass,
     },
     schedule::GiSystems,
@@ -48,13 +48,6 @@ pub(crate) struct DebugShapes {
     shapes: Buffer,
     count: u32,
     fill: Vec<FillPass>,
-}
-
-/// A compute pass that writes spheres, or marks, in each frame.
-pub(crate) struct FillPass {
-    pub pass: ComputePass,
-    pub groups: UVec3,
-    pub bind_groups: Vec<BindGroup>,
 }
 
 impl DebugShapes {

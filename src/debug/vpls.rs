@@ -12,10 +12,7 @@ use bevy::{
     },
 };
 
-use super::{
-    GiDebugSettings,
-    shapes::{DebugShapes, FillPass},
-};
+use super::{GiDebugSettings, fill::FillPass, shapes::DebugShapes};
 use crate::{
     gpu::{caps::supported, compute::ComputePass},
     scene::{

@@ -12,10 +12,10 @@ use bevy::{
 };
 
 use super::{
-    lights::SceneLights,
+    lights::{GpuLight, GpuLights, SceneLights},
     shadows::SceneShadows,
     sky::{GpuSky, SceneSky},
-    volume::{ExtractedVolume, GpuVolume},
+    volume::{ExtractedVolume, GpuVolume, with_volume},
 };
 use crate::schedule::GiPrepare;
 
@@ -45,10 +45,16 @@ impl Plugin for SceneBindGroupPlugin {
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
-        render_app.init_resource::<LightingVersion>().add_systems(
-            Render,
-            prepare_scene_bind_groups.in_set(GiPrepare::Bindings),
-        );
+        render_app
+            .init_resource::<LightingVersion>()
+            .add_observer(with_volume::<SceneBindGroup>)
+            .add_systems(
+                Render,
+                (
+                    write_lights.in_set(GiPrepare::Lights),
+                    prepare_scene_bind_groups.in_set(GiPrepare::Bindings),
+                ),
+            );
     }
 }
 
@@ -71,6 +77,31 @@ pub fn scene_layout() -> BindGroupLayoutDescriptor {
             ),
         ),
     )
+}
+
+/// Brings the buffer of lights up to date, now that it is known which shadow maps each has.
+fn write_lights(
+    mut scene: ResMut<SceneLights>,
+    shadows: Res<SceneShadows>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    mut written: Local<Option<Vec<GpuLight>>>,
+) {
+    let lights = scene.lights.iter().enumerate();
+    let mut array: Vec<_> = lights
+        .map(|(number, light)| GpuLight {
+            shadow: shadows.first_map(number),
+            ..light.gpu
+        })
+        .collect();
+    if written.as_ref() == Some(&array) {
+        return;
+    }
+    *written = Some(array.clone());
+    let count = array.len() as u32;
+    array.push(GpuLight::default());
+    scene.buffer.set(GpuLights { count, array });
+    scene.buffer.write_buffer(&device, &queue);
 }
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]

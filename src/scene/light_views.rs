@@ -18,9 +18,10 @@ use bevy::{
 };
 
 use super::{
+    bounds::{Beam, any_up, overlaps},
     capture::WantedView,
     lights::{LightKind, SceneLight},
-    visibility::{Caster, SceneCasters, corners, grid_bounds, overlaps},
+    visibility::{Caster, SceneCasters},
     volume::{VolumeGrid, finest_first},
 };
 use crate::camera::GiCamera;
@@ -146,7 +147,7 @@ impl<'a> LitScene<'a> {
         }
         let volumes = grids.into_iter().map(|(entity, grid)| LitVolume {
             entity,
-            bounds: grid_bounds(&grid),
+            bounds: grid.bounds(),
         });
         let active = cameras.iter().filter(|(camera, _)| camera.is_active);
         let scene = Self {
@@ -282,35 +283,6 @@ impl LightView {
             meshes: seen().map(|c| c.entity).collect(),
             content: SceneCasters::content(seen()),
         }
-    }
-}
-
-fn any_up(direction: Vec3) -> Vec3 {
-    if direction.y.abs() > 0.9 {
-        Vec3::Z
-    } else {
-        Vec3::Y
-    }
-}
-
-/// Bounds of a box as a light that travels in some direction sees it: the view looks along -z.
-pub(crate) struct Beam(Mat4);
-
-impl Beam {
-    pub fn new(direction: Vec3) -> Self {
-        let view = Transform::default().looking_to(direction, any_up(direction));
-        Self(view.to_matrix().inverse())
-    }
-
-    pub fn bounds(&self, aabb: &Aabb3d) -> Aabb3d {
-        let points = corners(aabb).map(|p| Vec3A::from(self.0.transform_point3(p)));
-        Aabb3d::from_point_cloud(bevy::math::Isometry3d::IDENTITY, points.into_iter())
-    }
-
-    /// Whether what has the bounds `caster` may stand between the light and `lit`.
-    pub fn casts(caster: &Aabb3d, lit: &Aabb3d) -> bool {
-        let beside = |axis| caster.min[axis] > lit.max[axis] || caster.max[axis] < lit.min[axis];
-        !beside(0) && !beside(1) && caster.max.z >= lit.min.z
     }
 }
 

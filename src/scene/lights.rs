@@ -19,23 +19,20 @@ use bevy::{
     },
     reflect::prelude::*,
     render::{
-        Extract, ExtractSchedule, Render, RenderApp,
+        Extract, ExtractSchedule, RenderApp,
         render_resource::{ShaderType, StorageBuffer},
-        renderer::{RenderDevice, RenderQueue},
     },
     transform::components::GlobalTransform,
 };
 use serde::{Deserialize, Serialize};
 
 use super::{
-    shadows::SceneShadows,
+    bounds::overlaps,
     viewers::Viewers,
-    visibility::{grid_bounds, overlaps},
-    volume::VolumeGrid,
+    volume::{Grid, VolumeGrid},
 };
 use crate::{
     gpu::statistics::GiStatistics,
-    schedule::GiPrepare,
     settings::{Clamp, Clamped, FieldRange, GiSettings},
 };
 
@@ -237,8 +234,7 @@ impl Plugin for LightsPlugin {
         };
         render_app
             .init_resource::<SceneLights>()
-            .add_systems(ExtractSchedule, extract_lights)
-            .add_systems(Render, write_lights.in_set(GiPrepare::Lights));
+            .add_systems(ExtractSchedule, extract_lights);
     }
 }
 
@@ -407,7 +403,7 @@ pub(crate) fn extract_lights(
     let volumes: Vec<_> = grids.iter().filter_map(|grid| grid.0).collect();
     for light in &mut lights {
         let Some(lit) = light.reach() else { continue };
-        let reached = volumes.iter().map(grid_bounds);
+        let reached = volumes.iter().map(Grid::bounds);
         let reached = reached.filter(|volume| overlaps(&lit, volume));
         let radii = reached.map(|volume| volume.half_size().max_element());
         let smallest = radii.fold(f32::MAX, f32::min);
@@ -438,31 +434,6 @@ pub(crate) fn warn_of_lights(statistics: &GiStatistics, without: usize, kind: &s
         }
         statistics.warn(vec![warning]);
     }
-}
-
-/// Brings the buffer up to date, now that it is known which maps each light has.
-pub(crate) fn write_lights(
-    mut scene: ResMut<SceneLights>,
-    shadows: Res<SceneShadows>,
-    device: Res<RenderDevice>,
-    queue: Res<RenderQueue>,
-    mut written: Local<Option<Vec<GpuLight>>>,
-) {
-    let lights = scene.lights.iter().enumerate();
-    let mut array: Vec<_> = lights
-        .map(|(number, light)| GpuLight {
-            shadow: shadows.first_map(number),
-            ..light.gpu
-        })
-        .collect();
-    if written.as_ref() == Some(&array) {
-        return;
-    }
-    *written = Some(array.clone());
-    let count = array.len() as u32;
-    array.push(GpuLight::default());
-    scene.buffer.set(GpuLights { count, array });
-    scene.buffer.write_buffer(&device, &queue);
 }
 
 /// For `lights.wgsl`.

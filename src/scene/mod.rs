@@ -18,6 +18,8 @@ pub mod visibility;
 pub mod volume;
 pub mod voxels;
 
+mod around;
+pub(crate) mod bounds;
 pub(crate) mod capture;
 pub(crate) mod light_maps;
 pub(crate) mod light_views;

@@ -9,10 +9,9 @@ use bevy::{
 };
 
 use super::{
-    light_views::Beam,
+    bounds::{Beam, overlaps},
     lights::{LightQueries, SceneLight},
     viewers::Viewers,
-    visibility::{grid_bounds, overlaps},
     volume::VolumeGrid,
 };
 use crate::settings::GiSettings;
@@ -90,7 +89,7 @@ pub(crate) fn find_reach(
     let volumes: Vec<_> = volumes
         .iter()
         .filter_map(|grid| grid.0)
-        .map(|g| grid_bounds(&g))
+        .map(|g| g.bounds())
         .collect();
     *reach = match volumes.is_empty() {
         true => SceneReach::default(),

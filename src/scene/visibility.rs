@@ -25,7 +25,7 @@ use bevy::{
     },
     ecs::{entity::EntityHashMap, prelude::*, system::SystemParam},
     light::NotShadowCaster,
-    math::{Affine3A, Vec3, Vec3A, bounding::Aabb3d},
+    math::{Affine3A, bounding::Aabb3d},
     mesh::{
         Mesh, Mesh3d,
         morph::{MeshMorphWeights, MorphWeights},
@@ -386,28 +386,4 @@ pub(crate) fn changed_asset<A: bevy::asset::Asset>(event: &AssetEvent<A>) -> Opt
         // As in Bevy's renderer: what is removed from its assets is drawn as long as something uses it.
         AssetEvent::Removed { .. } | AssetEvent::LoadedWithDependencies { .. } => None,
     }
-}
-
-/// Whether two boxes touch.
-pub(crate) fn overlaps(a: &Aabb3d, b: &Aabb3d) -> bool {
-    a.min.cmple(b.max).all() && a.max.cmpge(b.min).all()
-}
-
-/// The box of a grid.
-pub(crate) fn grid_bounds(grid: &super::volume::Grid) -> Aabb3d {
-    Aabb3d {
-        min: grid.origin.into(),
-        max: Vec3A::from(grid.origin + grid.size()),
-    }
-}
-
-/// Corners of a box, metres.
-pub(crate) fn corners(bounds: &Aabb3d) -> [Vec3; 8] {
-    std::array::from_fn(|i| {
-        let pick = |axis: usize| match (i >> axis) & 1 {
-            0 => bounds.min[axis],
-            _ => bounds.max[axis],
-        };
-        Vec3::new(pick(0), pick(1), pick(2))
-    })
 }

@@ -5,7 +5,7 @@ use bevy::{
     camera::Camera,
     ecs::prelude::*,
     log::warn,
-    math::{UVec3, Vec3},
+    math::{UVec3, Vec3, Vec3A, bounding::Aabb3d},
     reflect::prelude::*,
     render::{
         Extract, ExtractSchedule, RenderApp,
@@ -20,7 +20,6 @@ use serde::{Deserialize, Serialize};
 use crate::{
     camera::GiCamera,
     gpu::statistics::GiStatistics,
-    scene::probes::ProbeSet,
     settings::{Clamp, Clamped, FieldRange, GiQuality},
 };
 
@@ -73,35 +72,6 @@ impl GiVolume {
             follow_camera: false,
             fade: 0.05,
         }
-    }
-
-    /// A volume, with its `Transform`, that fully lights everything between two corners (metres), surfaces on
-    /// the border included. It has `resolution` voxels along its longest side.
-    ///
-    /// The volume extends beyond the corners by the margin that voxels and the probes of a default
-    /// [`ProbeSet`] need on the outer side of a surface. Its fade is 0, since nothing lies
-    /// beyond.
-    ///
-    /// ```no_run
-    /// # use bevy::prelude::*;
-    /// # use bevy_gi::prelude::*;
-    /// fn setup(mut commands: Commands) {
-    ///     commands.spawn(GiVolume::around(Vec3::ZERO, Vec3::new(8.0, 3.0, 5.0), 128));
-    /// }
-    /// ```
-    pub fn around(min: Vec3, max: Vec3, resolution: u32) -> (Self, Transform) {
-        let mut volume = Self::new((max - min).abs()).with_resolution(resolution);
-        Clamp::apply("GiVolume", &mut volume);
-        let voxels = volume.resolution as f32;
-        // The outermost probes, half a cell within the border, must stand before a plane to light it. Half a voxel more
-        // puts the planes of the longest side into the middle of voxels: rounding would choose between two.
-        let half_cell = 0.5 * voxels / ProbeSet::default().resolution as f32;
-        let margin = f32::max(2.0, (half_cell + 1.0).floor()) + 0.5;
-        // The volume's longest side is the scene's and both margins, in voxels of the volume.
-        let voxel = volume.extent.max_element() / (voxels - 2.0 * margin);
-        volume.extent += 2.0 * margin * voxel;
-        volume.fade = 0.0;
-        (volume, Transform::from_translation(0.5 * (min + max)))
     }
 
     /// The same volume with `resolution` voxels along its longest side.
@@ -216,6 +186,14 @@ impl Grid {
         self.origin + 0.5 * self.size()
     }
 
+    /// Its box, metres.
+    pub fn bounds(&self) -> Aabb3d {
+        Aabb3d {
+            min: self.origin.into(),
+            max: Vec3A::from(self.origin + self.size()),
+        }
+    }
+
     /// Bricks along each axis.
     pub fn bricks(&self) -> UVec3 {
         self.dims / BRICK
@@ -272,12 +250,13 @@ impl ExtractedVolume {
 }
 
 impl SyncComponent for GiVolume {
-    type Target = (
-        ExtractedVolume,
-        super::voxels::SceneVoxels,
-        super::probes::SceneProbes,
-        super::bind_group::SceneBindGroup,
-    );
+    /// What else hangs on a volume goes with it, see [`with_volume`].
+    type Target = ExtractedVolume;
+}
+
+/// Observer of the render world: a volume that is gone, or has no grid, takes `B` with it.
+pub(crate) fn with_volume<B: Bundle>(gone: On<Remove, ExtractedVolume>, mut commands: Commands) {
+    commands.entity(gone.entity).try_remove::<B>();
 }
 
 pub(crate) struct VolumePlugin;
@@ -353,7 +332,6 @@ fn extract_volumes(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::probes::Lattice;
 
     #[test]
     fn voxels_are_cubic_and_cover_the_extent() {
@@ -363,35 +341,6 @@ mod tests {
             assert!(grid.size().cmpge(volume.extent - 1e-3).all(), "{grid:?}");
             assert_eq!(grid.dims % (1 << grid.levels), UVec3::ZERO);
             assert!((grid.center() - Vec3::ONE).length() < 1e-4);
-        }
-    }
-
-    #[test]
-    fn around_reaches_beyond_its_fade_at_every_size_and_shape() {
-        for resolution in [0, 32, 60, 64, 100, 128, 300, 512] {
-            for size in [
-                Vec3::ONE,
-                Vec3::new(8.0, 3.0, 5.0),
-                Vec3::new(100.0, 0.0, 60.0),
-                Vec3::new(0.0, 2.0, 0.0),
-            ] {
-                for scale in [1e-3, 1.0, 1e3] {
-                    let (min, max) = (Vec3::splat(-scale), size * scale - scale);
-                    let (volume, at) = GiVolume::around(min, max, resolution);
-                    let grid = Grid::new(&volume, at.translation, Vec3::ONE).unwrap();
-                    let fade = volume.fade * grid.size().min_element();
-                    let margin = (min - grid.origin).min(grid.origin + grid.size() - max);
-                    let voxels = (margin.min_element() - fade) / grid.voxel;
-                    let lattice = Lattice::new(&ProbeSet::default(), &grid);
-                    let outermost = lattice.origin + 0.5 * lattice.cell;
-                    let before = (min - outermost).min_element() / grid.voxel;
-                    assert!(before > 0.49, "{before} voxels from a probe to a plane");
-                    assert!(
-                        voxels > 1.9,
-                        "{size} x {scale}, {resolution}: {voxels} voxels"
-                    );
-                }
-            }
         }
     }
 

@@ -3,19 +3,18 @@
 //! `techniques.rs`.
 
 mod clamp;
+mod plugin;
 mod registry;
 mod techniques;
 
 use bevy::{
-    app::{App, Plugin},
-    color::LinearRgba,
-    ecs::prelude::*,
-    reflect::prelude::*,
-    render::extract_resource::{ExtractResource, ExtractResourcePlugin},
+    color::LinearRgba, ecs::prelude::*, reflect::prelude::*,
+    render::extract_resource::ExtractResource,
 };
 use serde::{Deserialize, Serialize};
 
 pub use clamp::{Clamp, Clamped, FieldRange};
+pub(crate) use plugin::SettingsPlugin;
 pub use registry::SettingsResource;
 pub(crate) use registry::SettingsResourcePlugin;
 pub use registry::{GiSettingsRegistry, SettingsEntry, SettingsValues};
@@ -284,12 +283,6 @@ impl Clamped for GiSettings {
     }
 }
 
-impl SettingsResource for GiSettings {
-    fn presets() -> Vec<(&'static str, Self)> {
-        GiQuality::named(Self::preset, Self::paper())
-    }
-}
-
 /// Resets temporal state on request.
 ///
 /// The caches of all techniques and the histories of all cameras start afresh in the frame after
@@ -309,18 +302,6 @@ impl GiHistory {
     /// Number of resets so far.
     pub fn epoch(&self) -> u32 {
         self.epoch
-    }
-}
-
-/// Registers [`GiSettings`] and [`GiHistory`].
-pub(crate) struct SettingsPlugin;
-
-impl Plugin for SettingsPlugin {
-    fn build(&self, app: &mut App) {
-        app.init_resource::<GiHistory>().add_plugins((
-            SettingsResourcePlugin::<GiSettings>::default(),
-            ExtractResourcePlugin::<GiHistory>::default(),
-        ));
     }
 }
 

@@ -18,7 +18,7 @@ use serde::{
     ser::SerializeMap,
 };
 
-use super::{Clamp, Clamped, FieldRange, GiSettings, GiTechnique};
+use super::{Clamp, Clamped, FieldRange, GiQuality, GiSettings, GiTechnique};
 use crate::gpu::statistics::GiStatistics;
 
 /// A settings resource: the parameters of one part of the crate.
@@ -34,6 +34,12 @@ pub trait SettingsResource:
     /// Presets under their names. Default: none.
     fn presets() -> Vec<(&'static str, Self)> {
         Vec::new()
+    }
+}
+
+impl SettingsResource for GiSettings {
+    fn presets() -> Vec<(&'static str, Self)> {
+        GiQuality::named(Self::preset, Self::paper())
     }
 }
 

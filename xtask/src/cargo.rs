@@ -35,11 +35,24 @@ fn target_dir() -> PathBuf {
 
 /// `cargo` with arguments, in the repository.
 pub fn cargo(arguments: &[&str]) -> Result<()> {
-    let status = command(arguments).status()?;
+    cargo_with(arguments, &[])
+}
+
+/// The same, with variables of the environment.
+pub fn cargo_with(arguments: &[&str], variables: &[(&str, &str)]) -> Result<()> {
+    let status = command(arguments)
+        .envs(variables.iter().copied())
+        .status()?;
     if !status.success() {
         bail!("cargo {} failed", arguments.join(" "));
     }
     Ok(())
+}
+
+/// Whether cargo has that command.
+pub fn has(name: &str) -> bool {
+    let output = command(&[name, "--version"]).output();
+    output.is_ok_and(|output| output.status.success())
 }
 
 fn command(arguments: &[&str]) -> Command {

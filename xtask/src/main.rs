@@ -2,6 +2,7 @@
 
 mod bench;
 mod cargo;
+mod check;
 mod demo;
 mod quality;
 mod setup;
@@ -36,6 +37,8 @@ enum Task {
         /// Only tests whose name contains this.
         filter: Option<String>,
     },
+    /// Formatting, lints, documentation, and dependencies that nothing uses.
+    Check,
     /// Renders scenes with every technique and with the path tracer, and compares: a page, a table, and all
     /// luminances in out/quality. `-- --help` lists the options.
     Quality {
@@ -72,6 +75,10 @@ fn main() -> Result<()> {
         Task::Test { filter } => {
             setup::install(false)?;
             cargo::test(filter.as_deref())
+        }
+        Task::Check => {
+            setup::install(false)?;
+            check::run()
         }
         Task::Quality { quick, docs, more } => {
             setup::install(false)?;

@@ -21,14 +21,15 @@
 //! its view that is farther than the point (Majercik et al. 2019, section 5.2, for probes of
 //! irradiance; Donnelly and Lauritzen 2006 for the bound). Probes inside of something do not count.
 
-mod node;
-mod prepare;
+mod cache;
+mod passes;
+mod pipelines;
 mod set;
 mod types;
 
-pub(crate) use node::{cache_entries, shader_defs};
-pub(crate) use prepare::LookAgain;
-pub use prepare::SceneProbes;
+pub(crate) use cache::LookAgain;
+pub use cache::SceneProbes;
+pub(crate) use pipelines::{cache_entries, shader_defs};
 pub(crate) use set::MAX_PROBES;
 pub use set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
 pub(crate) use types::GpuProbes;
@@ -41,7 +42,7 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use super::voxels::voxelize;
+use super::{volume::with_volume, voxels::voxelize};
 use crate::{
     gpu::caps::supported,
     schedule::{GiPrepare, GiSystems},
@@ -56,22 +57,26 @@ impl Plugin for ProbesPlugin {
         load_shader_library!(app, "lookup.wgsl");
         embedded_asset!(app, "place.wgsl");
         embedded_asset!(app, "moments.wgsl");
-        app.add_systems(PostUpdate, prepare::clamp_sets);
+        app.add_systems(PostUpdate, cache::clamp_sets);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
         render_app
-            .add_systems(RenderStartup, node::init_probe_pipelines.run_if(supported))
-            .add_systems(ExtractSchedule, prepare::extract_sets)
+            .add_observer(with_volume::<(SceneProbes, cache::ExtractedProbeSet, LookAgain)>)
+            .add_systems(
+                RenderStartup,
+                pipelines::init_probe_pipelines.run_if(supported),
+            )
+            .add_systems(ExtractSchedule, cache::extract_sets)
             .add_systems(
                 Render,
-                prepare::prepare_probes
+                cache::prepare_probes
                     .in_set(GiPrepare::Probes)
                     .run_if(supported),
             )
             .add_systems(
                 RenderGraph,
-                node::look_at_scene
+                passes::look_at_scene
                     .in_set(GiSystems::CaptureScene)
                     .after(voxelize),
             );

@@ -38,13 +38,14 @@
 //! texels get none. Each volume has virtual point lights of its own: light that is caught `d` metres away is chosen with
 //! a weight of `1 / (1 + (d / r)^2)`, where `r` is half of the volume's longest side, and carries so much more. With [`LightShare::Even`](crate::LightShare::Even), each light gets the same number first.
 
-mod capture;
-mod node;
-mod prepare;
+mod cache;
+mod extract;
+mod passes;
+mod pipelines;
 mod types;
 
-pub(crate) use node::{rsm_layout, shader_defs};
-pub use prepare::SceneRsm;
+pub use cache::SceneRsm;
+pub(crate) use pipelines::{rsm_layout, shader_defs};
 
 use bevy::{
     app::{App, Plugin},
@@ -73,30 +74,30 @@ impl Plugin for RsmPlugin {
         embedded_asset!(app, "resolve.wgsl");
         embedded_asset!(app, "sum.wgsl");
         embedded_asset!(app, "vpls.wgsl");
-        app.add_plugins(CaptureKindPlugin::<capture::RsmCapture, DrawPrepass>::default());
+        app.add_plugins(CaptureKindPlugin::<pipelines::RsmCapture, DrawPrepass>::default());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
         render_app
             .init_resource::<SceneRsm>()
-            .add_systems(RenderStartup, node::init_rsm.run_if(supported))
+            .add_systems(RenderStartup, pipelines::init_rsm.run_if(supported))
             .add_systems(
                 ExtractSchedule,
-                capture::extract_rsm_views
+                extract::extract_rsm_views
                     .after(extract_lights)
                     .after(super::needs::NeedsKnown),
             )
             .add_systems(
                 Render,
                 (
-                    prepare::prepare_maps.in_set(GiPrepare::ReflectiveMaps),
-                    prepare::prepare_bind_groups.in_set(GiPrepare::Bindings),
+                    cache::prepare_maps.in_set(GiPrepare::ReflectiveMaps),
+                    cache::prepare_bind_groups.in_set(GiPrepare::Bindings),
                 )
                     .run_if(supported),
             )
             .add_systems(
                 RenderGraph,
-                node::draw_rsm
+                passes::draw_rsm
                     .in_set(GiSystems::CaptureScene)
                     .after(preprocess_captures),
             );

@@ -39,12 +39,13 @@
 //! Both sides of a wall thinner than a voxel fall into the same voxel; it is then *two-sided*, and
 //! lit on each side by itself.
 
-mod node;
-mod prepare;
+mod cache;
+mod passes;
+mod pipelines;
 mod types;
 
-pub(crate) use node::voxelize;
-pub use prepare::SceneVoxels;
+pub use cache::SceneVoxels;
+pub(crate) use passes::voxelize;
 pub(crate) use types::{BRICK_VOXELS, SLICES, argument, shader_defs};
 pub use types::{SUPERSAMPLING, WORDS};
 
@@ -59,7 +60,10 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use super::capture::{CaptureKindPlugin, preprocess_captures};
+use super::{
+    capture::{CaptureKindPlugin, preprocess_captures},
+    volume::with_volume,
+};
 use crate::{
     gpu::caps::supported,
     schedule::{GiPrepare, GiSystems},
@@ -76,27 +80,34 @@ impl Plugin for VoxelsPlugin {
         embedded_asset!(app, "voxelize_unknown.wgsl");
         embedded_asset!(app, "allocate.wgsl");
         embedded_asset!(app, "resolve.wgsl");
-        app.add_plugins(CaptureKindPlugin::<node::VoxelCapture, node::DrawVoxelize>::default());
+        app.add_plugins(CaptureKindPlugin::<
+            pipelines::VoxelCapture,
+            pipelines::DrawVoxelize,
+        >::default());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
         render_app
+            .add_observer(with_volume::<SceneVoxels>)
             .init_resource::<SpecializedMeshPipelinesOf>()
-            .add_systems(RenderStartup, node::init_voxel_pipelines.run_if(supported))
+            .add_systems(
+                RenderStartup,
+                pipelines::init_voxel_pipelines.run_if(supported),
+            )
             .add_systems(
                 ExtractSchedule,
-                prepare::extract_voxel_views.after(super::needs::NeedsKnown),
+                cache::extract_voxel_views.after(super::needs::NeedsKnown),
             )
             .add_systems(
                 Render,
-                prepare::prepare_voxels
+                cache::prepare_voxels
                     .in_set(GiPrepare::Voxels)
                     .run_if(supported),
             )
-            .add_systems(Render, prepare::read_counts.in_set(RenderSystems::Cleanup))
+            .add_systems(Render, cache::read_counts.in_set(RenderSystems::Cleanup))
             .add_systems(
                 RenderGraph,
-                node::voxelize
+                passes::voxelize
                     .in_set(GiSystems::CaptureScene)
                     .after(preprocess_captures)
                     .before(camera_driver),
@@ -105,4 +116,4 @@ impl Plugin for VoxelsPlugin {
 }
 
 type SpecializedMeshPipelinesOf =
-    bevy::render::render_resource::SpecializedMeshPipelines<node::VoxelSpecializer>;
+    bevy::render::render_resource::SpecializedMeshPipelines<pipelines::VoxelSpecializer>;

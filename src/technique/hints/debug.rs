@@ -19,11 +19,7 @@ use super::{
     types::{GpuHintsView, GpuPicked, slots_of},
 };
 use crate::{
-    debug::{
-        GiDebugSettings,
-        light_maps::DebugMarks,
-        shapes::{DebugShapes, FillPass},
-    },
+    debug::{GiDebugSettings, fill::FillPass, light_maps::DebugMarks, shapes::DebugShapes},
     gpu::compute::ComputePass,
     scene::{
         bind_group::{SceneBindGroup, scene_layout},

@@ -15,7 +15,7 @@ use bevy::{
 };
 
 use super::{
-    node::{VoxelCapture, VoxelPipelines},
+    pipelines::{VoxelCapture, VoxelPipelines},
     types::{BRICK_VOXELS, GpuVoxelize, SUPERSAMPLING, VoxelizeStep, WORDS, argument, counter},
 };
 use crate::{
@@ -25,9 +25,10 @@ use crate::{
         statistics::{GiStatistics, Tracked},
     },
     scene::{
+        bounds::overlaps,
         capture::{CapturePhases, CaptureQueue, CaptureViews, WantedView, sync_views},
         needs::SceneNeeds,
-        visibility::{SceneCasters, grid_bounds, overlaps},
+        visibility::SceneCasters,
         volume::{ExtractedVolume, Grid, VolumeGrid},
     },
     settings::{EmissiveUnits, GiSettings},
@@ -144,7 +145,7 @@ pub(crate) fn extract_voxel_views(
     let mut wanted = Vec::new();
     for (owner, grid) in volumes.iter().filter(|_| needs.voxels) {
         let Some(grid) = grid.0 else { continue };
-        let bounds = grid_bounds(&grid);
+        let bounds = grid.bounds();
         let meshes: Vec<_> = casters
             .casters
             .iter()

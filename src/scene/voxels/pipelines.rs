@@ -1,4 +1,4 @@
-//! Pipelines and passes of the voxelizer.
+//! Layouts and pipelines of the voxelizer.
 
 use std::sync::Arc;
 
@@ -9,30 +9,23 @@ use bevy::{
         system::{SystemParamItem, lifetimeless::*},
     },
     material::{MaterialProperties, key::ErasedMaterialPipelineKey},
-    math::UVec3,
     mesh::MeshVertexBufferLayoutRef,
     pbr::{
         DrawMesh, MeshPipelineKey, PrepassPipeline, PrepassPipelineSpecializer,
         SetMaterialBindGroup, SetMeshBindGroup, SetPrepassViewBindGroup,
     },
     render::{
-        diagnostic::RecordDiagnostics,
         render_phase::*,
         render_resource::{binding_types::*, *},
-        renderer::RenderContext,
-        view::ExtractedView,
     },
     shader::Shader,
 };
 
-use super::{
-    prepare::SceneVoxels,
-    types::{GpuVoxelize, argument, shader_defs},
-};
+use super::types::{GpuVoxelize, shader_defs};
 use crate::{
-    gpu::compute::{ComputePass, Groups, Recorder},
+    gpu::compute::ComputePass,
     scene::{
-        capture::{CaptureKind, CapturePhase, CapturePhases, CapturePipeline},
+        capture::{CaptureKind, CapturePhase, CapturePipeline},
         material::MaterialShaders,
     },
 };
@@ -127,7 +120,7 @@ impl SpecializedMeshPipeline for VoxelSpecializer {
     }
 }
 
-/// Draws a mesh into the voxels. Group 1 is bound by [`voxelize`], once a pass.
+/// Draws a mesh into the voxels. Group 1 is bound once a pass.
 pub(crate) type DrawVoxelize = (
     SetItemPipeline,
     SetPrepassViewBindGroup<0>,
@@ -144,11 +137,11 @@ pub(crate) struct VoxelPipelines {
     pub resolve_layout: BindGroupLayoutDescriptor,
     shader: Handle<Shader>,
     unknown_shader: Handle<Shader>,
-    allocate: ComputePass,
-    brick_arguments: ComputePass,
-    resolve: ComputePass,
-    slice_arguments: ComputePass,
-    list: ComputePass,
+    pub allocate: ComputePass,
+    pub brick_arguments: ComputePass,
+    pub resolve: ComputePass,
+    pub slice_arguments: ComputePass,
+    pub list: ComputePass,
 }
 
 impl VoxelPipelines {
@@ -260,102 +253,4 @@ pub(crate) fn init_voxel_pipelines(
         shader: load_embedded_asset!(server.as_ref(), "voxelize.wgsl"),
         unknown_shader: load_embedded_asset!(server.as_ref(), "voxelize_unknown.wgsl"),
     });
-}
-
-/// Captures every volume that has a job.
-pub(crate) fn voxelize(
-    world: &World,
-    volumes: Query<&SceneVoxels>,
-    views: Query<&ExtractedView>,
-    phases: Res<CapturePhases<VoxelCapture>>,
-    pipelines: Option<Res<VoxelPipelines>>,
-    cache: Res<PipelineCache>,
-    mut ctx: RenderContext,
-) {
-    let Some(pipelines) = pipelines else { return };
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    for voxels in &volumes {
-        let Some(job) = &voxels.job else {
-            if voxels.readback.is_owed() {
-                voxels
-                    .readback
-                    .copy(ctx.command_encoder(), &voxels.counters);
-            }
-            continue;
-        };
-
-        let encoder = ctx.command_encoder();
-        encoder.clear_buffer(voxels.brick_map(), 0, None);
-        encoder.clear_buffer(&voxels.pool, 0, None);
-        encoder.clear_buffer(&voxels.occupancy, 0, None);
-        encoder.clear_buffer(&voxels.counters, 0, None);
-
-        let draw = |ctx: &mut RenderContext, name: &'static str, step: usize| {
-            let span = diagnostics.time_span(ctx.command_encoder(), name);
-            for axis in 0..3 {
-                let Some(phase) = views
-                    .get(job.views[axis])
-                    .ok()
-                    .and_then(|view| phases.get(&view.retained_view_entity))
-                else {
-                    continue;
-                };
-                let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
-                    label: Some(name),
-                    color_attachments: &[Some(RenderPassColorAttachment {
-                        view: &job.targets[axis],
-                        depth_slice: None,
-                        resolve_target: None,
-                        ops: Operations {
-                            load: LoadOp::Clear(Default::default()),
-                            store: StoreOp::Discard,
-                        },
-                    })],
-                    ..Default::default()
-                });
-                pass.set_bind_group(1, &job.draw[step][axis], &[]);
-                if let Err(error) = phase.render(&mut pass, world, job.views[axis]) {
-                    bevy::log::error!("voxelizing failed: {error:?}");
-                }
-            }
-            span.end(ctx.command_encoder());
-        };
-        draw(&mut ctx, "gi/scene/mark_bricks", 0);
-        {
-            let mut record = Recorder {
-                encoder: ctx.command_encoder(),
-                cache: &cache,
-                diagnostics,
-            };
-            let bricks = voxels.grid.bricks().element_product().div_ceil(64);
-            let rows = bricks.div_ceil(argument::ROW);
-            let groups = UVec3::new(bricks.div_ceil(rows), rows, 1);
-            record.run(
-                &pipelines.allocate,
-                Groups::Direct(groups),
-                &[&job.allocate],
-            );
-            record.run(
-                &pipelines.brick_arguments,
-                Groups::Direct(UVec3::ONE),
-                &[&job.allocate],
-            );
-        }
-        draw(&mut ctx, "gi/scene/voxelize", 1);
-        let mut record = Recorder {
-            encoder: ctx.command_encoder(),
-            cache: &cache,
-            diagnostics,
-        };
-        let per_brick = || Groups::Indirect(&voxels.arguments, 4 * u64::from(argument::BRICKS));
-        record.run(&pipelines.resolve, per_brick(), &[&job.resolve]);
-        record.run(
-            &pipelines.slice_arguments,
-            Groups::Direct(UVec3::ONE),
-            &[&job.allocate],
-        );
-        record.run(&pipelines.list, per_brick(), &[&job.resolve]);
-        voxels.readback.copy(record.encoder, &voxels.counters);
-    }
 }

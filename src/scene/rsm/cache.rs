@@ -14,8 +14,7 @@ use bevy::{
 };
 
 use super::{
-    capture::RsmCapture,
-    node::{RsmPipelines, rsm_layout},
+    pipelines::{RsmCapture, RsmPipelines, rsm_layout},
     types::{GpuRsmMap, GpuRsmMaps, GpuRsmResolve, GpuVpl, GpuVpls},
 };
 use crate::{

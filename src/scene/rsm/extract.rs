@@ -1,32 +1,18 @@
-//! Which maps there are, and how meshes are drawn into them.
-
-use std::sync::Arc;
+//! Which maps there are.
 
 use bevy::{
     camera::Camera,
-    ecs::{
-        prelude::*,
-        system::{SystemParamItem, lifetimeless::*},
-    },
-    material::{MaterialProperties, key::ErasedMaterialPipelineKey},
-    mesh::MeshVertexBufferLayoutRef,
-    pbr::{DrawPrepass, MeshPipelineKey},
-    render::{
-        Extract, batching::gpu_preprocessing::GpuPreprocessingSupport, render_phase::DrawFunctions,
-        render_resource::*,
-    },
+    ecs::prelude::*,
+    render::{Extract, batching::gpu_preprocessing::GpuPreprocessingSupport},
     transform::components::GlobalTransform,
 };
 
-use super::prepare::SceneRsm;
+use super::{cache::SceneRsm, pipelines::RsmCapture};
 use crate::{
     camera::GiCamera,
     gpu::statistics::GiStatistics,
     scene::{
-        capture::{
-            CaptureKind, CapturePhase, CapturePhases, CapturePipeline, CaptureViews,
-            PrepassPipelines, sync_views,
-        },
+        capture::{CapturePhases, CaptureViews, sync_views},
         light_maps::Limits,
         light_views::LitScene,
         lights::{SceneLights, warn_of_lights},
@@ -36,33 +22,6 @@ use crate::{
     },
     settings::GiSettings,
 };
-
-/// The G-buffer from the lights: Bevy's deferred prepass as it is.
-pub(crate) struct RsmCapture;
-
-impl CaptureKind for RsmCapture {
-    type Param = (
-        PrepassPipelines<'static>,
-        SRes<DrawFunctions<CapturePhase<Self>>>,
-    );
-    const KEY: MeshPipelineKey =
-        MeshPipelineKey::DEPTH_PREPASS.union(MeshPipelineKey::DEFERRED_PREPASS);
-
-    fn specialize(
-        (prepass, draws): &mut SystemParamItem<Self::Param>,
-        cache: &PipelineCache,
-        key: ErasedMaterialPipelineKey,
-        _: MeshPipelineKey,
-        material: &Arc<MaterialProperties>,
-        layout: &MeshVertexBufferLayoutRef,
-    ) -> Option<CapturePipeline> {
-        Some(CapturePipeline {
-            pipeline: prepass.specialize(cache, key, material, layout)?,
-            draw: draws.read().id::<DrawPrepass>(),
-            reads_material: true,
-        })
-    }
-}
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn extract_rsm_views(

@@ -1,33 +1,62 @@
-//! Pipelines and passes of reflective shadow maps.
+//! Layouts and pipelines of reflective shadow maps, and how meshes are drawn into them.
+
+use std::sync::Arc;
 
 use bevy::{
     asset::{AssetServer, load_embedded_asset},
-    ecs::prelude::*,
-    math::UVec3,
+    ecs::{
+        prelude::*,
+        system::{SystemParamItem, lifetimeless::*},
+    },
+    material::{MaterialProperties, key::ErasedMaterialPipelineKey},
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{DrawPrepass, MeshPipelineKey},
     render::{
-        diagnostic::RecordDiagnostics,
+        render_phase::DrawFunctions,
         render_resource::{binding_types::*, *},
-        renderer::RenderContext,
-        view::ExtractedView,
     },
     shader::ShaderDefVal,
 };
 
-use super::{
-    capture::RsmCapture,
-    prepare::SceneRsm,
-    types::{GpuRsmMaps, GpuRsmResolve, GpuVpls},
-};
+use super::types::{GpuRsmMaps, GpuRsmResolve, GpuVpls};
 use crate::{
-    gpu::compute::{ComputePass, Groups, Recorder, groups},
+    gpu::compute::ComputePass,
     scene::{
-        capture::{CapturePhases, CaptureViews},
+        capture::{CaptureKind, CapturePhase, CapturePipeline, PrepassPipelines},
         lights,
     },
     settings::LightShare,
 };
 
-const NAME: &str = "gi/scene/rsm";
+/// The name of the pass that draws, and the label of group 3.
+pub(super) const NAME: &str = "gi/scene/rsm";
+
+/// The G-buffer from the lights: Bevy's deferred prepass as it is.
+pub(crate) struct RsmCapture;
+
+impl CaptureKind for RsmCapture {
+    type Param = (
+        PrepassPipelines<'static>,
+        SRes<DrawFunctions<CapturePhase<Self>>>,
+    );
+    const KEY: MeshPipelineKey =
+        MeshPipelineKey::DEPTH_PREPASS.union(MeshPipelineKey::DEFERRED_PREPASS);
+
+    fn specialize(
+        (prepass, draws): &mut SystemParamItem<Self::Param>,
+        cache: &PipelineCache,
+        key: ErasedMaterialPipelineKey,
+        _: MeshPipelineKey,
+        material: &Arc<MaterialProperties>,
+        layout: &MeshVertexBufferLayoutRef,
+    ) -> Option<CapturePipeline> {
+        Some(CapturePipeline {
+            pipeline: prepass.specialize(cache, key, material, layout)?,
+            draw: draws.read().id::<DrawPrepass>(),
+            reads_material: true,
+        })
+    }
+}
 
 /// Pipelines and layouts.
 #[derive(Resource)]
@@ -35,10 +64,10 @@ pub(crate) struct RsmPipelines {
     pub resolve_layout: BindGroupLayoutDescriptor,
     pub sum_layout: BindGroupLayoutDescriptor,
     pub vpls_layout: BindGroupLayoutDescriptor,
-    resolve: ComputePass,
-    sum: ComputePass,
-    weigh: ComputePass,
-    vpls: ComputePass,
+    pub resolve: ComputePass,
+    pub sum: ComputePass,
+    pub weigh: ComputePass,
+    pub vpls: ComputePass,
 }
 
 impl RsmPipelines {
@@ -159,108 +188,4 @@ pub(crate) fn init_rsm(
         sum_layout,
         vpls_layout,
     });
-}
-
-/// Draws the maps whose turn it is, and chooses virtual point lights from all of them.
-#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
-pub(super) fn draw_rsm(
-    world: &World,
-    rsm: Res<SceneRsm>,
-    pipelines: Option<Res<RsmPipelines>>,
-    views: Res<CaptureViews<RsmCapture>>,
-    phases: Res<CapturePhases<RsmCapture>>,
-    extracted: Query<&ExtractedView>,
-    cache: Res<PipelineCache>,
-    mut ctx: RenderContext,
-) {
-    let (Some(pipelines), Some(job), Some(textures)) = (pipelines, &rsm.job, &rsm.textures) else {
-        return;
-    };
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let block = UVec3::new(8, 8, 1);
-    for copy in &job.copies {
-        copy.record(ctx.command_encoder());
-    }
-    // One after the other: they share a G-buffer.
-    for (i, group) in &job.draw {
-        let map = &rsm.maps.maps[*i];
-        let texels = map.tile.map_or(0, |tile| tile.size);
-        let view = views.get(map.light, map.view.face);
-        let phase = view
-            .and_then(|view| extracted.get(view).ok())
-            .and_then(|view| phases.get(&view.retained_view_entity));
-        let span = diagnostics.time_span(ctx.command_encoder(), NAME);
-        let color = |view| {
-            Some(RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations {
-                    load: LoadOp::Clear(Default::default()),
-                    store: StoreOp::Store,
-                },
-            })
-        };
-        let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
-            label: Some(NAME),
-            // As Bevy's prepass has them: normals and motion are not wanted.
-            color_attachments: &[
-                None,
-                None,
-                color(&textures.gbuffer),
-                color(&textures.pass_id),
-            ],
-            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                view: &textures.depth,
-                depth_ops: Some(Operations {
-                    load: LoadOp::Clear(0.0),
-                    store: StoreOp::Store,
-                }),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
-        let size = texels as f32;
-        pass.set_viewport(0.0, 0.0, size, size, 0.0, 1.0);
-        pass.set_scissor_rect(0, 0, texels, texels);
-        if let (Some(phase), Some(view)) = (phase, view)
-            && let Err(error) = phase.render(&mut pass, world, view)
-        {
-            bevy::log::error!("drawing a reflective shadow map failed: {error:?}");
-        }
-        drop(pass);
-        span.end(ctx.command_encoder());
-        Recorder {
-            encoder: ctx.command_encoder(),
-            cache: &cache,
-            diagnostics,
-        }
-        .run(
-            &pipelines.resolve,
-            groups(UVec3::new(texels, texels, 1), block),
-            &[group],
-        );
-    }
-    let mut record = Recorder {
-        encoder: ctx.command_encoder(),
-        cache: &cache,
-        diagnostics,
-    };
-    let levels = job.sum.iter();
-    let levels = levels.map(|(threads, group)| (groups(*threads, block), [group]));
-    if !job.sum.is_empty() {
-        record.run_all(&pipelines.sum, None, levels);
-    }
-    let [count, volumes] = job.vpl_count.to_array();
-    record.run(
-        &pipelines.weigh,
-        Groups::Direct(UVec3::new(volumes, 1, 1)),
-        &[&job.vpls],
-    );
-    record.run(
-        &pipelines.vpls,
-        groups(UVec3::new(count, volumes, 1), UVec3::new(64, 1, 1)),
-        &[&job.vpls],
-    );
 }

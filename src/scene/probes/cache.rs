@@ -14,15 +14,16 @@ use bevy::{
 };
 
 use super::{
-    node::{GpuProbePass, ProbePipelines},
+    pipelines::{GpuProbePass, ProbePipelines},
     set::{Lattice, ProbePin, ProbePlacement, ProbeSet},
     types::GpuProbes,
 };
 use crate::{
     gpu::statistics::{GiStatistics, Tracked},
     scene::{
+        bounds::overlaps,
         needs::SceneNeeds,
-        visibility::{SceneCasters, grid_bounds, overlaps},
+        visibility::SceneCasters,
         volume::{ExtractedVolume, GiVolume, Grid, VolumeGrid},
         voxels::SceneVoxels,
     },
@@ -94,7 +95,7 @@ pub(super) fn extract_sets(
     for (entity, volume, grid, set) in &volumes {
         let Some(grid) = grid.0 else { continue };
         let set = set.copied().unwrap_or_default();
-        let bounds = grid_bounds(&grid);
+        let bounds = grid.bounds();
         let around = (set.placement == ProbePlacement::Automatic).then(|| {
             let inside = casters.casters.iter().map(|caster| caster.bounds);
             let inside = inside.filter(|caster| overlaps(caster, &bounds));

@@ -1,0 +1,140 @@
+//! `cargo xtask check`: what a reviewer should not have to look for.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+
+use crate::cargo::{cargo, cargo_with, has, root};
+
+/// Formatting, lints, documentation, dependencies. All of them run, whatever fails.
+pub fn run() -> Result<()> {
+    let results = [
+        formatting(),
+        lints(),
+        documentation(),
+        unused_dependencies(),
+    ];
+    results.into_iter().collect()
+}
+
+fn formatting() -> Result<()> {
+    match has("fmt") {
+        true => cargo(&["fmt", "--all", "--check"]),
+        false => skipped("rustfmt"),
+    }
+}
+
+/// In the profile and with the features of the tests, so that no dependency is checked twice.
+fn lints() -> Result<()> {
+    if !has("clippy") {
+        return skipped("clippy");
+    }
+    let deny = ["--", "--deny", "warnings"];
+    let xtask = ["clippy", "--release", "--package", "xtask"];
+    cargo(&[&xtask[..], &deny].concat())?;
+    // `--all-targets` leaves the rendering tests out.
+    let package = ["clippy", "--release", "--package", "bevy_gi"];
+    let targets = ["--lib", "--examples", "--tests", "--test", "gpu"];
+    cargo(&[&package[..], &targets, &deny].concat())
+}
+
+fn documentation() -> Result<()> {
+    let package = ["doc", "--release", "--no-deps", "--package", "bevy_gi"];
+    let all = [&package[..], &["--all-features"]].concat();
+    cargo_with(&all, &[("RUSTDOCFLAGS", "--deny warnings")])
+}
+
+fn skipped(component: &str) -> Result<()> {
+    println!("{component} is not installed, its check is left out");
+    Ok(())
+}
+
+/// Each dependency is named in some source file of its package.
+fn unused_dependencies() -> Result<()> {
+    let mut unused = Vec::new();
+    for (folder, sources) in [
+        (root(), &["src", "examples", "tests"][..]),
+        (root().join("xtask"), &["src"]),
+    ] {
+        let manifest = folder.join("Cargo.toml");
+        let text = std::fs::read_to_string(&manifest)
+            .with_context(|| format!("cannot read {}", manifest.display()))?;
+        let mut code = String::new();
+        for source in sources {
+            read_all(&folder.join(source), &mut code)?;
+        }
+        let unnamed = dependencies(&text).filter(|name| !names(&code, name));
+        unused.extend(unnamed.map(|name| format!("{name} ({})", manifest.display())));
+    }
+    if !unused.is_empty() {
+        bail!("dependencies that nothing names: {}", unused.join(", "));
+    }
+    Ok(())
+}
+
+/// Names in the tables of dependencies of a manifest.
+fn dependencies(manifest: &str) -> impl Iterator<Item = &str> {
+    let mut inside = false;
+    manifest.lines().filter_map(move |line| {
+        if line.starts_with('[') {
+            inside = line.contains("dependencies]");
+            return None;
+        }
+        let starts_entry = line.starts_with(|c: char| c.is_ascii_alphabetic());
+        let name = line.split(['=', '.', ' ']).next()?;
+        (inside && starts_entry).then_some(name)
+    })
+}
+
+/// Whether code names a crate as a path or in an attribute: followed by `::`, `{`, `;` or ` as`, or as a derive of it.
+fn names(code: &str, dependency: &str) -> bool {
+    let krate = dependency.replace('-', "_");
+    code.match_indices(&krate).any(|(at, _)| {
+        let before = code[..at].chars().next_back();
+        let after = &code[at + krate.len()..];
+        let is_word = before.is_some_and(|c| c.is_alphanumeric() || c == '_');
+        !is_word
+            && ["::", ";", " as "]
+                .iter()
+                .any(|next| after.starts_with(next))
+    })
+}
+
+/// Appends all Rust files below a folder.
+fn read_all(folder: &Path, code: &mut String) -> Result<()> {
+    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        if path.is_dir() {
+            read_all(&path, code)?;
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            code.push_str(&std::fs::read_to_string(&path)?);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MANIFEST: &str = "[package]\nname = \"x\"\n\n[dependencies]\nserde = \"1\"\nnv-flip = { version = \"0.1\", features = [\n    \"a\",\n] }\n\n[profile.release]\ndebug = 0\n";
+
+    #[test]
+    fn dependencies_are_found_in_their_tables_alone() {
+        let found: Vec<_> = dependencies(MANIFEST).collect();
+        assert_eq!(found, ["serde", "nv-flip"]);
+    }
+
+    #[test]
+    fn a_crate_is_named_by_its_path() {
+        assert!(names("use serde::Serialize;", "serde"));
+        assert!(names("nv_flip::flip(a, b)", "nv-flip"));
+        assert!(!names("use serde_json::Value;", "serde"));
+        assert!(!names("let serde = 1", "serde"));
+    }
+
+    #[test]
+    fn no_dependency_of_the_project_is_unused() {
+        unused_dependencies().unwrap();
+    }
+}
