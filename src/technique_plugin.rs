@@ -210,14 +210,16 @@ fn update_caches<T: Technique>(
     }
 }
 
+type RecordData<'a, T> = (
+    Option<&'a SceneVoxels>,
+    Option<&'a SceneProbes>,
+    &'a SceneBindGroup,
+    &'a <T as Technique>::Cache,
+);
+
 /// Records what the caches of all volumes compute in this frame.
 fn record<T: Technique>(
-    volumes: Query<(
-        Option<&SceneVoxels>,
-        Option<&SceneProbes>,
-        &SceneBindGroup,
-        &T::Cache,
-    )>,
+    volumes: Query<RecordData<T>>,
     rsm: Res<SceneRsm>,
     pipelines: Option<Res<T::Pipelines>>,
     cache: Res<PipelineCache>,
