@@ -40,9 +40,9 @@ use crate::{
     FieldRange, GiSettingsRegistry, GiStatistics, GiSupport, GiTechniques,
     camera::ExtractedGiCamera,
     gpu::caps::{COMMON, DeviceNeeds, WRITTEN},
+    no_renderer_tests,
     prelude::*,
     schedule::{GiPrepare, GiSystems},
-    wgsl_tests,
 };
 
 /// An app with all of Bevy and of this crate, on a device that does nothing.
@@ -105,7 +105,7 @@ impl Idle {
             MaterialPlugin::<Unknown>::default(),
             GiPlugins,
         ));
-        wgsl_tests::finish(&mut app);
+        no_renderer_tests::finish(&mut app);
         let errors = Arc::new(Mutex::new(Vec::new()));
         let sink = errors.clone();
         // In the place of Bevy's, which keeps the first one and ends the app.
@@ -120,9 +120,16 @@ impl Idle {
         self.app.world_mut().resource_mut::<Assets<A>>().add(asset)
     }
 
-    /// Something of each kind: meshes, one with a skin and one with a morph target, materials, lights, and a camera.
+    /// Something of each kind: meshes, one with nothing but positions, one with colours, one with a skin and one with a morph target, materials, lights, and a camera.
     fn spawn_scene(&mut self, volume: impl Bundle) {
         let plain = self.add(Mesh::from(Cuboid::default()));
+        let mut bare = Mesh::from(Cuboid::default());
+        bare.remove_attribute(Mesh::ATTRIBUTE_NORMAL);
+        bare.remove_attribute(Mesh::ATTRIBUTE_UV_0);
+        let mut coloured = Mesh::from(Cuboid::default());
+        let colors = vec![[1.0; 4]; coloured.count_vertices()];
+        coloured.insert_attribute(Mesh::ATTRIBUTE_COLOR, colors);
+        let (bare, coloured) = (self.add(bare), self.add(coloured));
         let material = self.add(StandardMaterial::from(Color::WHITE));
         let masked = self.add(StandardMaterial {
             alpha_mode: AlphaMode::Mask(0.5),
@@ -153,7 +160,9 @@ impl Idle {
         };
         let lit = MeshMaterial3d(material);
         world.spawn((Mesh3d(plain.clone()), lit.clone()));
-        world.spawn((Mesh3d(plain.clone()), MeshMaterial3d(masked)));
+        world.spawn((Mesh3d(plain.clone()), MeshMaterial3d(masked.clone())));
+        world.spawn((Mesh3d(bare), lit.clone()));
+        world.spawn((Mesh3d(coloured), MeshMaterial3d(masked)));
         world.spawn((Mesh3d(plain), MeshMaterial3d(unknown)));
         world.spawn((Mesh3d(skinned), lit.clone(), skin()));
         let weights = MeshMorphWeights::Value { weights: vec![1.0] };

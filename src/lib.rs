@@ -71,6 +71,8 @@ mod forward_views;
 mod gpu;
 #[cfg(feature = "inspector")]
 pub mod inspector;
+#[cfg(test)]
+mod no_renderer_tests;
 mod overlay;
 mod plugins;
 #[cfg(feature = "reference")]
@@ -81,8 +83,6 @@ mod settings;
 mod surface;
 pub mod technique;
 mod technique_plugin;
-#[cfg(test)]
-mod wgsl_tests;
 
 pub use camera::GiCamera;
 pub use debug::{GiDebugSettings, GiSlice, GiView, HintView};

@@ -72,12 +72,3 @@ impl Plugin for SupportPlugin {
         caps::detect(app, &needs);
     }
 }
-
-/// Definitions of the shaders of all techniques.
-#[cfg(test)]
-pub(crate) fn shader_defs(server: &bevy::asset::AssetServer) -> Vec<bevy::shader::ShaderDefVal> {
-    use crate::technique::Technique;
-    let mut defs = VoxelConeTracing::gather(server).defs;
-    defs.extend(RadianceHints::gather(server).defs);
-    defs
-}

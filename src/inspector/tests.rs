@@ -19,7 +19,7 @@ use bevy_egui::{EguiPlugin, egui};
 use super::{GiInspector, GiInspectorPlugin, Tab, cost, panel};
 use crate::{
     GiCascades, GiDebugSettings, GiHistory, GiLight, GiSettings, GiSettingsRegistry, GiSupport,
-    GiTechnique, GiTechniques, GiView, GiVolume, ProbePin, wgsl_tests,
+    GiTechnique, GiTechniques, GiView, GiVolume, ProbePin, no_renderer_tests,
 };
 
 /// The panel's contents, with a pointer but without a window.
@@ -35,7 +35,7 @@ struct Panel {
 
 impl Panel {
     fn new(tab: Tab) -> Self {
-        let (mut app, _) = wgsl_tests::load(&[]);
+        let mut app = no_renderer_tests::app();
         app.init_resource::<cost::CostHistory>();
         // Bevy's own lights want it where they are removed.
         Plugin::build(&SyncWorldPlugin, &mut app);
@@ -347,14 +347,14 @@ fn press(app: &mut App, key_code: KeyCode) {
 /// An app with the plugin under test or without, without a renderer.
 fn app(egui: bool, inspector: bool) -> App {
     let mut app = App::new();
-    wgsl_tests::add_plugins(&mut app);
+    no_renderer_tests::add_plugins(&mut app);
     if egui {
         app.add_plugins(EguiPlugin::default());
     }
     if inspector {
         app.add_plugins(GiInspectorPlugin::default());
     }
-    wgsl_tests::finish(&mut app);
+    no_renderer_tests::finish(&mut app);
     // Egui draws where there is a camera.
     app.world_mut().spawn(Camera3d::default());
     app.update();
