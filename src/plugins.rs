@@ -11,7 +11,7 @@ use crate::{
     overlay::OverlayPlugin,
     scene::ScenePlugin,
     schedule::SchedulePlugin,
-    settings::{GiTechniques, SettingsPlugin},
+    settings::{GiTechnique, GiTechniques, SettingsPlugin},
     surface::SurfacePlugin,
     technique::{hints::RadianceHints, vct::VoxelConeTracing},
     technique_plugin::TechniquePlugin,
@@ -49,6 +49,20 @@ impl PluginGroup for GiPlugins {
             .add(TechniquePlugin::<RadianceHints>::default())
             .add(SupportPlugin)
     }
+}
+
+/// The techniques of this crate, named like variants of an enum. Those of an app are [`GiTechnique::of`] their types.
+#[allow(
+    non_upper_case_globals,
+    reason = "they read like the variants of an enum"
+)]
+impl GiTechnique {
+    /// No indirect light, as [`OFF`](Self::OFF).
+    pub const Off: Self = Self::OFF;
+    /// Voxel cone tracing, see [`technique::vct`](crate::technique::vct).
+    pub const VoxelConeTracing: Self = Self::of::<VoxelConeTracing>();
+    /// Radiance hints, see [`technique::hints`](crate::technique::hints). The default.
+    pub const RadianceHints: Self = Self::of::<RadianceHints>();
 }
 
 /// Asks the device, once it is there.
