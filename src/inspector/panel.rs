@@ -232,7 +232,7 @@ fn views(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     let own = world.resource::<GiTechniques>().get(technique);
     let own = own.map_or(&[][..], |entry| entry.views);
     ui.horizontal_wrapped(|ui| {
-        for choice in crate::GiView::ALL {
+        for choice in GiView::ALL {
             let there = choice.painter() != Painter::Technique || own.contains(&choice.name());
             let button = egui::Button::selectable(view == choice, choice.name());
             let button = ui.add_enabled(there, button);

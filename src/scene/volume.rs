@@ -250,7 +250,7 @@ impl ExtractedVolume {
 }
 
 impl SyncComponent for GiVolume {
-    /// What else hangs on a volume goes with it, see [`with_volume`].
+    /// What else hangs on a volume goes with it, see `with_volume`.
     type Target = ExtractedVolume;
 }
 

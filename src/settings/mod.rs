@@ -321,10 +321,7 @@ pub(crate) mod tests {
     }
 
     /// Every number of a settings type has a range, and nothing else has.
-    pub(crate) fn check_ranges(
-        value: &dyn bevy::reflect::structs::Struct,
-        ranges: impl IntoIterator<Item = FieldRange>,
-    ) {
+    pub(crate) fn check_ranges(value: &dyn Struct, ranges: impl IntoIterator<Item = FieldRange>) {
         let ranges: Vec<_> = ranges.into_iter().collect();
         for i in 0..value.field_len() {
             let field = value.field_at(i).unwrap();

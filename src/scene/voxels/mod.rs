@@ -107,7 +107,7 @@ impl Plugin for VoxelsPlugin {
             .add_systems(Render, cache::read_counts.in_set(RenderSystems::Cleanup))
             .add_systems(
                 RenderGraph,
-                passes::voxelize
+                voxelize
                     .in_set(GiSystems::CaptureScene)
                     .after(preprocess_captures)
                     .before(camera_driver),
