@@ -221,7 +221,7 @@ const SHADOW_MEMORY: usize = 512 << 20;
 
 /// Makes Bevy's own shadow maps smaller where a file has so many lamps that they would not fit into memory: each point
 /// light has six, each spot one, of 4 bytes a texel.
-fn fit_shadow_maps(commands: &mut Commands, [points, spots]: [usize; 2]) {
+fn fit_shadow_maps(commands: &mut Commands, points: usize, spots: usize) {
     let fit = |size: usize, maps: usize| {
         let texels = SHADOW_MEMORY / (4 * maps.max(1));
         // The power of two below.
@@ -315,14 +315,9 @@ fn frame_scene(
             volume.resolution = resolution;
         }
     }
-    let count = lights.p0().iter().fold([0, 0], |[points, spots], light| {
-        let is = |there: bool| usize::from(there);
-        [
-            points + is(light.1.is_some()),
-            spots + is(light.2.is_some()),
-        ]
-    });
-    fit_shadow_maps(&mut commands, count);
+    let points = lights.p0().iter().filter(|light| light.1.is_some()).count();
+    let spots = lights.p0().iter().filter(|light| light.2.is_some()).count();
+    fit_shadow_maps(&mut commands, points, spots);
     // For comparison with a path tracer: lights cast shadows, and end nowhere unless told to.
     for (entity, point, spot, directional) in &mut lights.p0() {
         if options.sun.is_some() && (point.is_some() || spot.is_some() || directional.is_some()) {

@@ -226,6 +226,7 @@ pub(super) fn prepare_view_indirect(
 ) {
     let mut sorted: Vec<_> = volumes.iter().collect();
     sorted.sort_by_key(|(_, volume)| volume.rank);
+    let layout = cache.get_bind_group_layout(&gather_layout());
     for (entity, view, surface, indirect) in &mut views {
         let Some(surface) = surface else {
             if indirect.is_some() {
@@ -283,7 +284,7 @@ pub(super) fn prepare_view_indirect(
                 let [to, from] = [&targets[i % 2], &targets[1 - i % 2]];
                 let group = device.create_bind_group(
                     "gi/gather",
-                    &cache.get_bind_group_layout(&gather_layout()),
+                    &layout,
                     &BindGroupEntries::sequential((
                         &uniform, &*from[0], &*from[1], &*to[0], &*to[1],
                     )),

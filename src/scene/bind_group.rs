@@ -141,12 +141,16 @@ fn prepare_scene_bind_groups(
     else {
         return;
     };
+    if volumes.is_empty() {
+        return;
+    }
+    let layout = cache.get_bind_group_layout(&scene_layout());
     for (entity, volume) in &volumes {
         let mut uniform = UniformBuffer::from(volume.gpu());
         uniform.write_buffer(&device, &queue);
         let bind_group = device.create_bind_group(
             "gi/scene",
-            &cache.get_bind_group_layout(&scene_layout()),
+            &layout,
             &BindGroupEntries::sequential((
                 &uniform,
                 lights.clone(),

@@ -92,6 +92,7 @@ pub(crate) fn prepare_surfaces(
     let Some(uniforms) = uniforms.uniforms.binding() else {
         return;
     };
+    let layout = cache.get_bind_group_layout(&surface_layout());
     for (entity, gi, camera, textures) in &views {
         let technique = gi.technique;
         let prepass = textures.and_then(|t| {
@@ -113,7 +114,7 @@ pub(crate) fn prepare_surfaces(
         }
         let bind_group = device.create_bind_group(
             "gi/surface",
-            &cache.get_bind_group_layout(&surface_layout()),
+            &layout,
             &BindGroupEntries::sequential((uniforms.clone(), depth, deferred, motion)),
         );
         commands.entity(entity).insert(ViewSurface {

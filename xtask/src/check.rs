@@ -86,7 +86,7 @@ fn dependencies(manifest: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Whether code names a crate as a path or in an attribute: followed by `::`, `{`, `;` or ` as`, or as a derive of it.
+/// Whether code names a crate: followed by `::`, `;` or ` as `.
 fn names(code: &str, dependency: &str) -> bool {
     let krate = dependency.replace('-', "_");
     code.match_indices(&krate).any(|(at, _)| {
