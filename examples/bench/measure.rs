@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
+use bevy::{
+    camera::primitives::Aabb, math::Vec3A, prelude::*, render::renderer::RenderAdapterInfo,
+};
 use bevy_gi::{GiSettingsRegistry, prelude::*};
 use wgpu_types::DeviceType;
 
@@ -271,11 +273,28 @@ fn change(world: &mut World, situation: Situation, frame: u32) {
     // There and back, so that the scene stays what it is.
     dim(world, if frame.is_multiple_of(2) { 1.25 } else { 0.8 });
     if situation == Situation::Moving {
-        let mut meshes = world.query_filtered::<&mut Transform, With<Mesh3d>>();
-        if let Some(mut mesh) = meshes.iter_mut(world).last() {
-            mesh.translation.y += if frame.is_multiple_of(2) { 0.01 } else { -0.01 };
+        let Some(mesh) = smallest_caster(world) else {
+            return;
+        };
+        if let Some(mut transform) = world.get_mut::<Transform>(mesh) {
+            transform.translation.y += if frame.is_multiple_of(2) { 0.01 } else { -0.01 };
         }
     }
+}
+
+/// The smallest mesh that casts: in every run the same one.
+fn smallest_caster(world: &mut World) -> Option<Entity> {
+    let mut meshes = world
+        .query_filtered::<(Entity, &Aabb, &GlobalTransform), (With<Mesh3d>, Without<NotGiCaster>)>(
+        );
+    let size = |aabb: &Aabb, transform: &GlobalTransform| {
+        (aabb.half_extents * Vec3A::from(transform.scale())).length()
+    };
+    let sizes = meshes
+        .iter(world)
+        .map(|(entity, aabb, transform)| (entity, size(aabb, transform)));
+    let smallest = sizes.min_by(|(_, a), (_, b)| a.total_cmp(b));
+    smallest.map(|(entity, _)| entity)
 }
 
 pub fn read(studio: &Studio, situation: Situation, without: f64) -> Measured {
