@@ -70,12 +70,10 @@ impl GiSystems {
 /// Steps of preparation in the render world, in the order in which they run.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GiPrepare {
-    /// Memory of the shadow maps, and which of them are rendered again. This and the following steps, up to
+    /// Memory of the light maps, and which of them are rendered again. This and the following steps, up to
     /// [`Units`](Self::Units), are in
     /// [`RenderSystems::PrepareResources`](bevy::render::RenderSystems::PrepareResources).
-    ShadowMaps,
-    /// The same for reflective shadow maps.
-    ReflectiveMaps,
+    LightMaps,
     /// Memory of the voxels, and which volumes are voxelized again.
     Voxels,
     /// Lights, which name their shadow maps, and the sky.
@@ -98,9 +96,8 @@ pub enum GiPrepare {
 #[cfg(test)]
 impl GiPrepare {
     /// All of them.
-    pub(crate) const ALL: [Self; 10] = [
-        Self::ShadowMaps,
-        Self::ReflectiveMaps,
+    pub(crate) const ALL: [Self; 9] = [
+        Self::LightMaps,
         Self::Voxels,
         Self::Lights,
         Self::Units,
@@ -124,8 +121,7 @@ impl Plugin for SchedulePlugin {
             .configure_sets(
                 Render,
                 (
-                    GiPrepare::ShadowMaps,
-                    GiPrepare::ReflectiveMaps,
+                    GiPrepare::LightMaps,
                     GiPrepare::Voxels,
                     GiPrepare::Lights,
                     GiPrepare::Units,

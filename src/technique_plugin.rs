@@ -21,9 +21,9 @@ use crate::{
     gpu::{caps::GiSupport, compute::Recorder, statistics::GiStatistics},
     scene::{
         bind_group::{LightingVersion, SceneBindGroup},
+        light_maps::SceneLightMaps,
         needs::{NeedsKnown, SceneNeeds},
         probes::{LookAgain, SceneProbes},
-        rsm::SceneRsm,
         units::LightUnits,
         volume::{ExtractedVolume, with_volume},
         voxels::SceneVoxels,
@@ -119,7 +119,7 @@ struct Surroundings<'w> {
     gi: Res<'w, GiSettings>,
     debug: Res<'w, GiDebugSettings>,
     history: Res<'w, GiHistory>,
-    rsm: Res<'w, SceneRsm>,
+    light_maps: Res<'w, SceneLightMaps>,
     lighting: Res<'w, LightingVersion>,
     units: Res<'w, LightUnits>,
     camera_depth: Option<Res<'w, CameraDepth>>,
@@ -147,7 +147,7 @@ impl Surroundings<'_> {
             volume,
             voxels,
             probes,
-            rsm: &self.rsm,
+            light_maps: &self.light_maps,
             lighting: *self.lighting,
             units: &self.units,
             camera_depth: self.camera_depth.as_ref()?,
@@ -220,7 +220,7 @@ type RecordData<'a, T> = (
 /// Records what the caches of all volumes compute in this frame.
 fn record<T: Technique>(
     volumes: Query<RecordData<T>>,
-    rsm: Res<SceneRsm>,
+    light_maps: Res<SceneLightMaps>,
     pipelines: Option<Res<T::Pipelines>>,
     cache: Res<PipelineCache>,
     mut ctx: RenderContext,
@@ -231,7 +231,7 @@ fn record<T: Technique>(
         let inputs = Inputs {
             voxels,
             probes,
-            rsm: &rsm,
+            light_maps: &light_maps,
             scene: &scene.0,
         };
         let mut recorder = Recorder {

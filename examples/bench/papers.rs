@@ -35,7 +35,7 @@ const VOXELIZE: &[&str] = &[
     "gi/scene/list_voxels",
     "gi/scene/slice_arguments",
 ];
-const SHADOW: &[&str] = &["gi/scene/shadow_maps"];
+const SHADOW: &[&str] = &["gi/scene/light_maps"];
 const INJECTION: &[&str] = &["gi/vct/light"];
 const FILTERING: &[&str] = &[
     "gi/vct/clear_cells",

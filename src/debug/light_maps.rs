@@ -23,9 +23,8 @@ use crate::{
     },
     scene::{
         bind_group::{SceneBindGroup, scene_layout},
+        light_maps::{self, SceneLightMaps, rsm_layout},
         needs::{NeedsKnown, SceneNeeds},
-        rsm::{self, SceneRsm, rsm_layout},
-        shadows::SceneShadows,
     },
     schedule::GiSystems,
     surface::{ViewSurface, surface_layout},
@@ -140,7 +139,7 @@ fn init_pass(mut commands: Commands, server: Res<AssetServer>, fullscreen: Res<F
     };
     let mut rsm = shadows.clone();
     rsm.layout.push(rsm_layout());
-    rsm.shader_defs = rsm::shader_defs();
+    rsm.shader_defs = light_maps::shader_defs();
     rsm.shader_defs.extend(GiView::shader_defs());
     rsm.shader_defs.push("RSM".into());
     commands.insert_resource(LightMapsPass {
@@ -174,8 +173,7 @@ fn extract_needs(debug: Extract<Res<GiDebugSettings>>, mut needs: ResMut<SceneNe
 fn draw(
     view: ViewQuery<View>,
     scenes: Query<&SceneBindGroup>,
-    shadows: Res<SceneShadows>,
-    rsm: Res<SceneRsm>,
+    maps: Res<SceneLightMaps>,
     marks: Query<&DebugMarks>,
     debug: Res<GiDebugSettings>,
     pass: Option<ResMut<LightMapsPass>>,
@@ -190,13 +188,13 @@ fn draw(
     };
     let pass = &mut *pass;
     // Without any map, there is nothing to bind; the empty picture is that of shadow maps.
-    let reflective = rsm
-        .bind_group
+    let reflective = maps
+        .rsm_bind_group
         .as_ref()
         .filter(|_| debug.view != GiView::ShadowMaps);
     let (shader, name, count) = match reflective {
-        Some(_) => (&pass.rsm, "gi/debug/rsm", rsm.count()),
-        None if debug.view == GiView::ShadowMaps => (&pass.shadows, NAME, shadows.count()),
+        Some(_) => (&pass.rsm, "gi/debug/rsm", maps.count()),
+        None if debug.view == GiView::ShadowMaps => (&pass.shadows, NAME, maps.count()),
         None => (&pass.shadows, NAME, 0),
     };
     let pipeline = pass

@@ -3,10 +3,10 @@
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #ifdef RSM
 #import bevy_gi::debug::types::Mark
-#import bevy_gi::scene::rsm::lookup::{load_rsm, maps}
-#import bevy_gi::scene::rsm::types::texel_area
+#import bevy_gi::scene::light_maps::lookup::{load_lit_surface, maps}
+#import bevy_gi::scene::light_maps::types::texel_area
 #else
-#import bevy_gi::scene::bindings::{shadow_maps, shadow_views}
+#import bevy_gi::scene::bindings::{light_depth, light_maps}
 #endif
 #import bevy_gi::surface::view
 
@@ -69,7 +69,7 @@ fn depth_color(z: f32, m: mat4x4<f32>) -> vec3<f32> {
 fn map_color(index: u32, uv: vec2<f32>) -> vec3<f32> {
     let map = maps.array[index];
     let at = min(vec2<u32>(uv * f32(map.size)), vec2(map.size - 1u));
-    let texel = load_rsm(index, at);
+    let texel = load_lit_surface(index, at);
     if !texel.exists {
         return vec3(0.0);
     }
@@ -89,12 +89,13 @@ fn map_color(index: u32, uv: vec2<f32>) -> vec3<f32> {
 }
 #else
 fn map_color(index: u32, uv: vec2<f32>) -> vec3<f32> {
-    let map = shadow_views[index];
-    if map.drawn == 0u {
+    let map = light_maps.array[index];
+    if map.depth_drawn == 0u {
         return vec3(0.0);
     }
-    let page = vec2<f32>(textureDimensions(shadow_maps));
-    let texel = vec2<i32>((map.origin + map.size * clamp(uv, vec2(map.inset), vec2(1.0 - map.inset))) * page);
-    return depth_color(textureLoad(shadow_maps, texel, map.page, 0), map.clip_from_world);
+    let page = vec2<f32>(textureDimensions(light_depth));
+    let inset = vec2(map.depth_inset);
+    let texel = vec2<i32>((map.depth_origin + map.depth_size * clamp(uv, inset, 1.0 - inset)) * page);
+    return depth_color(textureLoad(light_depth, texel, map.page, 0), map.clip_from_world);
 }
 #endif

@@ -16,8 +16,8 @@ use super::{GiDebugSettings, fill::FillPass, shapes::DebugShapes};
 use crate::{
     gpu::{caps::supported, compute::ComputePass},
     scene::{
+        light_maps::{self, SceneLightMaps, rsm_layout},
         needs::{NeedsKnown, SceneNeeds},
-        rsm::{self, SceneRsm, rsm_layout},
     },
     schedule::GiPrepare,
 };
@@ -89,7 +89,7 @@ fn init_pass(
             &[&own, &none, &none, &rsm_layout()],
             load_embedded_asset!(server.as_ref(), "vpls.wgsl"),
             "show_vpls",
-            rsm::shader_defs(),
+            light_maps::shader_defs(),
         ),
         empty: device.create_bind_group("gi/debug/none", &cache.get_bind_group_layout(&none), &[]),
         layouts: [own, none],
@@ -101,20 +101,20 @@ fn prepare(
     mut commands: Commands,
     shown: Query<(Entity, &DebugShapes), With<VplShapes>>,
     debug: Res<GiDebugSettings>,
-    rsm: Res<SceneRsm>,
+    maps: Res<SceneLightMaps>,
     pass: Option<Res<VplsPass>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
     let before = shown.iter().next();
-    let (Some(pass), Some(lookup), true) = (pass, &rsm.bind_group, debug.show_vpls) else {
+    let (Some(pass), Some(lookup), true) = (pass, &maps.rsm_bind_group, debug.show_vpls) else {
         if let Some((entity, _)) = before {
             commands.entity(entity).despawn();
         }
         return;
     };
-    let count = rsm.vpl_count();
+    let count = maps.vpl_count();
     let mut uniform = UniformBuffer::from(GpuShowVpls { count });
     uniform.write_buffer(&device, &queue);
     let shapes = DebugShapes::new(count, before.map(|b| b.1), &device, |shapes| {

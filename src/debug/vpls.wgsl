@@ -1,8 +1,8 @@
 // Virtual point lights as spheres.
 
 #import bevy_gi::debug::types::Shape
-#import bevy_gi::scene::rsm::lookup::vpls
-#import bevy_gi::scene::rsm::types::vpl_normal
+#import bevy_gi::scene::light_maps::lookup::vpls
+#import bevy_gi::scene::light_maps::types::vpl_normal
 
 struct ShowVpls {
     count: u32,

@@ -1,4 +1,4 @@
-//! Group 1 of every pass: the scene's lights, shadows and sky, and the grid of one volume.
+//! Group 1 of every pass: the scene's lights, their maps, the sky, and the grid of one volume.
 
 use bevy::{
     app::{App, Plugin},
@@ -12,8 +12,8 @@ use bevy::{
 };
 
 use super::{
+    light_maps::SceneLightMaps,
     lights::{GpuLight, GpuLights, SceneLights},
-    shadows::SceneShadows,
     sky::{GpuSky, SceneSky},
     volume::{ExtractedVolume, GpuVolume, with_volume},
 };
@@ -82,7 +82,7 @@ pub fn scene_layout() -> BindGroupLayoutDescriptor {
 /// Brings the buffer of lights up to date, now that it is known which shadow maps each has.
 fn write_lights(
     mut scene: ResMut<SceneLights>,
-    shadows: Res<SceneShadows>,
+    maps: Res<SceneLightMaps>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
     mut written: Local<Option<Vec<GpuLight>>>,
@@ -90,7 +90,7 @@ fn write_lights(
     let lights = scene.lights.iter().enumerate();
     let mut array: Vec<_> = lights
         .map(|(number, light)| GpuLight {
-            shadow: shadows.first_map(number),
+            shadow: maps.first_shadow(number),
             ..light.gpu
         })
         .collect();
@@ -109,7 +109,7 @@ fn prepare_scene_bind_groups(
     mut commands: Commands,
     volumes: Query<(Entity, &ExtractedVolume)>,
     lights: Res<SceneLights>,
-    shadows: Res<SceneShadows>,
+    maps: Res<SceneLightMaps>,
     sky: Res<SceneSky>,
     mut version: ResMut<LightingVersion>,
     cache: Res<PipelineCache>,
@@ -118,22 +118,22 @@ fn prepare_scene_bind_groups(
 ) {
     *version = LightingVersion {
         lights: lights.version,
-        shadows: shadows.version,
+        shadows: maps.shadow_version,
         sky: sky.version,
     };
     let (
         Some(lights),
-        Some(shadow_views),
-        Some(maps),
-        Some(shadow_sampler),
+        Some(light_maps),
+        Some(depth),
+        Some(depth_sampler),
         Some(sky_uniform),
         Some(sky_map),
         Some(sky_sampler),
     ) = (
         lights.buffer.binding(),
-        shadows.views.binding(),
-        &shadows.view,
-        &shadows.sampler,
+        maps.gpu.binding(),
+        maps.depth(),
+        &maps.sampler,
         sky.buffer.binding(),
         &sky.view,
         &sky.sampler,
@@ -154,9 +154,9 @@ fn prepare_scene_bind_groups(
             &BindGroupEntries::sequential((
                 &uniform,
                 lights.clone(),
-                shadow_views.clone(),
-                maps,
-                shadow_sampler,
+                light_maps.clone(),
+                depth,
+                depth_sampler,
                 sky_uniform.clone(),
                 sky_map,
                 sky_sampler,

@@ -136,7 +136,7 @@ pub struct GpuLight {
     pub cos_outer: f32,
     /// Half of a rect light's height, metres, as a vector.
     pub half_height: Vec3,
-    /// First of its shadow maps, or -1.
+    /// First of its light maps, or -1 if nothing casts shadows.
     pub shadow: i32,
     /// Distance along an axis of its maps within which surfaces neither receive nor block the light of a point
     /// or spot light, as in Bevy (`shadow_map_near_z`). Metres. Less in small volumes, so that a doll's house
@@ -173,7 +173,7 @@ pub struct SceneLight {
     pub entity: Entity,
     /// Render layers. As in Bevy, only meshes that share one of them block the light.
     pub layers: RenderLayers,
-    /// Its GPU data, but for `shadow`, which [`shadows`](super::shadows) sets.
+    /// Its GPU data, but for `shadow`, which [`light_maps`](super::light_maps) decides.
     pub gpu: GpuLight,
     /// Whether it asks for shadow maps.
     pub shadows: bool,
@@ -423,10 +423,10 @@ pub(crate) fn extract_lights(
 }
 
 /// Says that lights go without maps, and what follows.
-pub(crate) fn warn_of_lights(statistics: &GiStatistics, without: usize, kind: &str) {
+pub(crate) fn warn_of_lights(statistics: &GiStatistics, without: usize) {
     if without > 0 {
         let warning = format!(
-            "{without} lights do not bounce: even the smallest {kind} of all lights do not fit into the memory of \
+            "{without} lights do not bounce: even the smallest maps of all lights do not fit into the memory of \
              GiSettings.max_shadow_maps"
         );
         if !statistics.warnings().contains(&warning) {

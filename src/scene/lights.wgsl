@@ -1,7 +1,7 @@
 // Direct light at a point: every kind of light, with its shadow.
 #define_import_path bevy_gi::scene::lights
 
-#import bevy_gi::scene::bindings::{lights, shadow_maps, shadow_sampler, shadow_views, volume}
+#import bevy_gi::scene::bindings::{depth_sampler, light_depth, light_maps, lights, volume}
 #import bevy_gi::scene::types::Light
 
 const PI: f32 = 3.14159265359;
@@ -30,18 +30,18 @@ fn visibility(light: Light, p: vec3<f32>) -> f32 {
     if light.shadow < 0 {
         return 1.0;
     }
-    var map = u32(light.shadow);
+    var number = u32(light.shadow);
     if light.kind == #{LIGHT_POINT}u || light.kind == #{LIGHT_RECT}u {
-        map += u32(cube_face(p - light.position));
+        number += u32(cube_face(p - light.position));
     } else if light.kind == #{LIGHT_DIRECTIONAL}u {
-        map += volume.light_map;
+        number += volume.light_map;
     }
-    let view = shadow_views[map];
-    if view.drawn == 0u {
+    let map = light_maps.array[number];
+    if map.depth_drawn == 0u {
         // What stands in the way is not known yet.
         return 0.0;
     }
-    let clip = view.clip_from_world * vec4(p, 1.0);
+    let clip = map.clip_from_world * vec4(p, 1.0);
     let ndc = clip.xyz / clip.w;
     let uv = ndc.xy * vec2(0.5, -0.5) + 0.5;
     if clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv > vec2(1.0)) || ndc.z <= 0.0 {
@@ -49,8 +49,9 @@ fn visibility(light: Light, p: vec3<f32>) -> f32 {
         return 1.0;
     }
     // Not into the tiles beside it.
-    let at = view.origin + view.size * clamp(uv, vec2(view.inset), vec2(1.0 - view.inset));
-    return textureSampleCompareLevel(shadow_maps, shadow_sampler, at, view.page, ndc.z);
+    let inset = vec2(map.depth_inset);
+    let at = map.depth_origin + map.depth_size * clamp(uv, inset, 1.0 - inset);
+    return textureSampleCompareLevel(light_depth, depth_sampler, at, map.page, ndc.z);
 }
 
 // Whether `p` is so near to a lamp that its maps do not see it: then Bevy lets the light through to what is behind, and

@@ -1,7 +1,7 @@
 //! The capture of the scene: geometry, lights and sky, independent of any camera.
 //!
 //! Data flows one way: meshes, lights and sky of the main world become [`SceneVoxels`](voxels),
-//! [`SceneShadows`](shadows), [`SceneRsm`](rsm), [`SceneProbes`](probes) and [`SceneLights`](lights).
+//! [`SceneLightMaps`](light_maps), [`SceneProbes`](probes) and [`SceneLights`](lights).
 //! Techniques read nothing else. Everything inside a [`GiVolume`](volume::GiVolume) is captured, whether it is
 //! on screen or not.
 //!
@@ -9,11 +9,10 @@
 
 pub mod bind_group;
 pub mod cascades;
+pub mod light_maps;
 pub mod lights;
 pub mod material;
 pub mod probes;
-pub mod rsm;
-pub mod shadows;
 pub mod visibility;
 pub mod volume;
 pub mod voxels;
@@ -21,8 +20,6 @@ pub mod voxels;
 mod around;
 pub(crate) mod bounds;
 pub(crate) mod capture;
-pub(crate) mod light_maps;
-pub(crate) mod light_views;
 pub(crate) mod needs;
 pub(crate) mod reach;
 pub(crate) mod shapes;
@@ -50,8 +47,7 @@ impl Plugin for ScenePlugin {
             units::UnitsPlugin,
             material::GiMaterialPlugin::<StandardMaterial>::default(),
             capture::CapturePlugin,
-            shadows::ShadowsPlugin,
-            rsm::RsmPlugin,
+            light_maps::LightMapsPlugin,
             voxels::VoxelsPlugin,
             probes::ProbesPlugin,
             bind_group::SceneBindGroupPlugin,

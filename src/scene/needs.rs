@@ -11,9 +11,9 @@ use bevy::{
 pub struct SceneNeeds {
     /// [`SceneVoxels`](super::voxels).
     pub voxels: bool,
-    /// [`SceneShadows`](super::shadows).
+    /// Depth of the [`SceneLightMaps`](super::light_maps): shadow maps.
     pub shadows: bool,
-    /// [`SceneRsm`](super::rsm).
+    /// Surfaces of the [`SceneLightMaps`](super::light_maps): reflective shadow maps.
     pub rsm: bool,
     /// [`SceneProbes`](super::probes), which require voxels.
     pub probes: bool,

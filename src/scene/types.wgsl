@@ -11,14 +11,36 @@ struct Volume {
     light_map: u32,
 }
 
-// scene/shadows/mod.rs
-struct ShadowView {
+// scene/light_maps/types.rs
+struct LightMap {
     clip_from_world: mat4x4<f32>,
-    origin: vec2<f32>,
-    size: f32,
-    inset: f32,
-    page: u32,
+    world_from_clip: mat4x4<f32>,
+    color: vec3<f32>,
+    kind: u32,
+    position: vec3<f32>,
+    size: u32,
+    direction: vec3<f32>,
+    flux_scale: f32,
+    range: f32,
+    cos_inner: f32,
+    cos_outer: f32,
     drawn: u32,
+    light: u32,
+    page: u32,
+    bounce_min: vec3<f32>,
+    bounce_max: vec3<f32>,
+    origin: vec2<u32>,
+    depth_origin: vec2<f32>,
+    depth_size: f32,
+    depth_inset: f32,
+    depth_drawn: u32,
+    reduction: u32,
+    center: f32,
+}
+
+struct LightMaps {
+    count: u32,
+    array: array<LightMap>,
 }
 
 // scene/lights.rs

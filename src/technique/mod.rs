@@ -61,8 +61,8 @@ use crate::{
     debug::GiDebugSettings,
     gpu::caps::GiSupport,
     scene::{
-        probes::SceneProbes, rsm::SceneRsm, units::LightUnits, volume::ExtractedVolume,
-        voxels::SceneVoxels,
+        light_maps::SceneLightMaps, probes::SceneProbes, units::LightUnits,
+        volume::ExtractedVolume, voxels::SceneVoxels,
     },
     settings::{GiSettings, GiTechnique},
     surface::depth::CameraDepth,
@@ -192,8 +192,8 @@ pub struct Frame<'a, T: Technique> {
     pub voxels: Option<&'a SceneVoxels>,
     /// Probes of the volume. `None` if the technique does not need them, or before they exist.
     pub probes: Option<&'a SceneProbes>,
-    /// Reflective shadow maps of all lights.
-    pub rsm: &'a SceneRsm,
+    /// What all lights see: shadow maps and reflective shadow maps.
+    pub light_maps: &'a SceneLightMaps,
     /// Changes whenever the direct light changes.
     pub lighting: LightingVersion,
     /// Units of stored light.
@@ -219,8 +219,8 @@ pub struct Inputs<'a> {
     pub voxels: Option<&'a SceneVoxels>,
     /// Probes of the volume, if any.
     pub probes: Option<&'a SceneProbes>,
-    /// Reflective shadow maps of all lights.
-    pub rsm: &'a SceneRsm,
+    /// What all lights see: shadow maps and reflective shadow maps.
+    pub light_maps: &'a SceneLightMaps,
     /// Bind group 1: the scene, with this volume.
     pub scene: &'a BindGroup,
 }

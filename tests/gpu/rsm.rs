@@ -11,7 +11,7 @@ use crate::{
         headless::{Headless, Picture},
         scenes::stage::diffuse,
     },
-    support::{Vpl, app, assert_sane, camera, material, read_vpls, room, settle, slab},
+    support::{CONES, Vpl, app, assert_sane, camera, material, read_vpls, room, settle, slab},
 };
 
 const ALBEDO: f32 = 0.5;
@@ -269,7 +269,7 @@ fn drawn(headless: &mut Headless, count: u32) -> Vec<u64> {
         .map(|_| {
             headless.step();
             let statistics = headless.app.world().resource::<GiStatistics>();
-            statistics.counts()["scene/rsm_drawn"]
+            statistics.counts()["scene/light_maps_drawn"]
         })
         .collect()
 }
@@ -337,6 +337,37 @@ fn maps_are_drawn_only_when_something_moved() {
         "what one of six faces sees moves"
     );
     assert_eq!(moved(&mut headless, far), 0, "what it does not reach moves");
+}
+
+/// Depth for shadows and surfaces for bounces come from one drawing of each map, also where depth is finer.
+#[test]
+fn a_light_is_drawn_once_for_shadows_and_surfaces() {
+    let (mut headless, _) = closed_room([ALBEDO; 3]);
+    let light = lamp(&mut headless, 1000.0, 0.0, 5.0);
+    settle(&mut headless, 6);
+    let alone = total(&read_vpls(&mut headless));
+
+    // Cones read shadows, of twice the resolution.
+    headless
+        .app
+        .world_mut()
+        .resource_mut::<GiSettings>()
+        .technique = CONES;
+    settle(&mut headless, 12);
+    let vpls = read_vpls(&mut headless);
+    assert!(vpls.iter().all(lies_on_a_wall));
+    let both = total(&vpls);
+    assert!((both / alone - 1.0).abs() < 5e-3, "{alone} to {both}");
+    shift(&mut headless, light);
+    assert_eq!(all_drawn(&mut headless, 6), 6);
+
+    // Nobody reads surfaces any more: their memory is given back, and shadows stay.
+    let world = headless.app.world_mut();
+    world.resource_mut::<GiDebugSettings>().show_vpls = false;
+    assert_eq!(all_drawn(&mut headless, 6), 0);
+    let statistics = headless.app.world().resource::<GiStatistics>();
+    assert_eq!(statistics.counts()["scene/vpls"], 0);
+    assert_eq!(statistics.counts()["scene/light_maps"], 6);
 }
 
 /// At most as many as the settings say, each in its turn, and all in the end.

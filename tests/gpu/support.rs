@@ -19,7 +19,7 @@ use bevy::{
 use bevy_gi::{
     prelude::*,
     scene::{
-        rsm::SceneRsm,
+        light_maps::SceneLightMaps,
         volume::Grid,
         voxels::{SceneVoxels, WORDS},
     },
@@ -330,7 +330,11 @@ pub struct Vpl {
 pub fn read_vpls(headless: &mut Headless) -> Vec<Vpl> {
     let found = in_render_world(headless, |world| {
         let (device, queue) = (world.resource(), world.resource());
-        Some(words(world.resource::<SceneRsm>().vpls()?, device, queue))
+        Some(words(
+            world.resource::<SceneLightMaps>().vpls()?,
+            device,
+            queue,
+        ))
     });
     let words = found.expect("there are reflective shadow maps");
     let vpls = words.chunks(8).map(|words| {

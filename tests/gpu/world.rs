@@ -18,7 +18,7 @@ use bevy::{
 };
 use bevy_gi::{
     prelude::*,
-    scene::{rsm::SceneRsm, shadows::SceneShadows, voxels::SceneVoxels},
+    scene::{light_maps::SceneLightMaps, voxels::SceneVoxels},
 };
 
 use crate::{
@@ -89,8 +89,8 @@ fn captures(headless: &mut Headless) -> [u64; 3] {
     let versions = in_render_world(headless, |world| {
         let mut volumes = world.try_query::<&SceneVoxels>()?;
         let voxels = volumes.iter(world).next()?.version;
-        let shadows = world.resource::<SceneShadows>().version;
-        Some([voxels, shadows, world.resource::<SceneRsm>().version])
+        let maps = world.resource::<SceneLightMaps>();
+        Some([voxels, maps.shadow_version, maps.rsm_version])
     });
     versions.expect("a volume is voxelized")
 }

@@ -1,422 +1,135 @@
-//! The maps of all lights: which there are, where in an atlas each lies, and which are drawn in a frame.
+//! `SceneLightMaps`: what each light sees, drawn once.
 //!
-//! [Shadow maps](super::shadows) and [reflective shadow maps](super::rsm) are both drawn from the lights, and
-//! both share this: a light has a map for each direction or place that it looks at
-//! ([`LitScene::views`](super::light_views::LitScene::views)), and each map is a square tile in the pages of a
-//! texture array.
+//! A light has a map for each direction or place that it looks at: a directional light one for each volume,
+//! orthographic, along the volume's own extent; a spot light one, perspective; a point or rect light the six
+//! faces of a cube. Each map is a square tile in the pages of texture arrays, with up to two products:
+//!
+//! - *depth*, always: shadow maps (Williams 1978). Shadows of the screen's own maps would miss what is not
+//!   seen, and belong to one camera.
+//! - *surfaces*, where a technique reads them: reflective shadow maps (Dachsbacher and Stamminger 2005). Bevy's
+//!   deferred prepass is drawn from the light with the real materials (textures, alpha masks, skins), and each texel
+//!   is a patch of surface that has caught a known part of the light, and sends it on.
+//!
+//! # Which maps are drawn
 //!
 //! Any number of lights has maps. While they all fit, each tile is as large as the settings say; where they
 //! do not, texels are shared by importance: the light that a lamp sends out, over the square of its distance
-//! from the nearest GI camera. A tile that stays is never moved. A map is drawn again only when its light or
-//! something in its view has changed, the longest waiting first; new ones by importance, so many a frame.
-//! Until it is drawn, a map lets no light through.
+//! from the nearest GI camera. A tile that stays is never moved, also when other lights come and go. A map is drawn
+//! again only when its light or something in its view has changed, the longest waiting first; new ones by
+//! importance, so many a frame. Until it is drawn, a map lets no light through. A light that merely changes its
+//! colour or strength costs nothing: texels hold the light that they pass on per unit of the light's.
 //!
 //! [Views](super::capture) exist only for maps that are drawn: a map at rest costs nothing.
+//!
+//! Where depth and surfaces are both read, and depth is finer, a surface is what depth shows in one of the texels
+//! that it covers.
+//!
+//! Where maps of a directional light overlap, since volumes do, light is counted in that of the finest volume. Surfaces
+//! far outside of the volume cast, but do not bounce.
+//!
+//! # Surfaces
+//!
+//! `Rgba32Uint`:
+//!
+//! | word | content |
+//! |---|---|
+//! | 0 | albedo times the part of the light that arrives, over `flux_scale`, `rgb9e5` |
+//! | 1 | normal, octahedral 2 x 12 bit; 1 in the top byte where there is a surface |
+//! | 2 | depth, as the map's matrix has it, `f32` |
+//! | 3 | albedo, `rgba8unorm` |
+//!
+//! The flux that a texel reflects is `albedo * Phi_T` (Papaioannou 2011, section 4): for a directional
+//! light `Phi_T = E A / M`, its illuminance times the area of a texel across the light; for the others
+//! `Phi_T = I(w) dw`, the intensity times the texel's solid angle. No cosine at the surface: the texel's
+//! area has it already (the paper counts it twice).
+//!
+//! # Sampling
+//!
+//! The luminous flux of all texels is summed up into a mip chain, down to one texel a map. From its top,
+//! each virtual point light finds a texel with a probability in proportion to its flux (hierarchical
+//! sample warping, Clarberg et al. 2005): all of them carry the same luminous flux, dark and unlit
+//! texels get none. Each volume has virtual point lights of its own: light that is caught `d` metres away is chosen with
+//! a weight of `1 / (1 + (d / r)^2)`, where `r` is half of the volume's longest side, and carries so much more. With
+//! [`LightShare::Even`](crate::LightShare::Even), each light gets the same number first.
 
-pub(crate) mod atlas;
+mod atlas;
+mod cache;
+mod choice;
+mod extract;
+mod passes;
+mod pipelines;
+mod textures;
+mod types;
+mod views;
 
-use std::collections::HashMap;
+pub use cache::SceneLightMaps;
+pub(crate) use pipelines::{rsm_layout, shader_defs};
 
-use bevy::{ecs::prelude::*, math::Mat4, render::render_resource::PipelineCache};
-
-use self::atlas::{Atlas, Request, Tile};
-use super::{
-    capture::{CaptureKind, CaptureQueue, CaptureViews, WantedView},
-    light_views::{LightView, LitScene},
-    lights::{GpuLight, SceneLight},
+use bevy::{
+    app::{App, Plugin},
+    asset::embedded_asset,
+    ecs::prelude::*,
+    pbr::{DrawDepthOnlyPrepass, DrawPrepass},
+    render::{
+        ExtractSchedule, Render, RenderApp, RenderStartup, render_phase::AddRenderCommand,
+        renderer::RenderGraph,
+    },
+    shader::load_shader_library,
 };
 
-/// Layers that every adapter's texture arrays may have (WebGPU's `maxTextureArrayLayers`).
-const MAX_PAGES: u32 = 256;
+use self::pipelines::{DepthCapture, SurfaceCapture};
+use super::{
+    capture::{CaptureKindPlugin, CapturePhase, preprocess_captures},
+    lights::extract_lights,
+    needs::NeedsKnown,
+};
+use crate::{
+    gpu::caps::supported,
+    schedule::{GiPrepare, GiSystems},
+};
 
-/// As many as a virtual point light can name (`pack_vpl_normal` in `rsm/types.wgsl`).
-const MAX_MAPS: usize = (1 << 12) - 1;
+pub(crate) struct LightMapsPlugin;
 
-/// New maps that are drawn in a frame, besides the most important light's: all of those of an ordinary scene.
-const NEW_A_FRAME: usize = 48;
-
-/// Frames for which the view of a map stays after it was drawn: what is prepared late is noticed there.
-const LINGER: u32 = 3;
-
-/// One map.
-#[derive(Debug)]
-pub(crate) struct LightMap {
-    pub light: Entity,
-    /// Of the light, in [`SceneLights`](super::lights::SceneLights).
-    pub number: u32,
-    /// The light as it is now.
-    pub now: GpuLight,
-    /// What the light looks at.
-    pub view: LightView,
-    /// Texels along the side that it should have; 0: it has no room.
-    pub size: u32,
-    /// Where it is.
-    pub tile: Option<Tile>,
-    /// What the tile shows.
-    pub drawn: Option<Drawn>,
-    /// Whether a mesh has come into view or left it since.
-    in_doubt: bool,
-    /// Whether it was drawn before all pipelines were compiled.
-    incomplete: bool,
-    /// Whether a mesh was missing then, as its assets were.
-    waits: bool,
-    /// Frames since it was last drawn.
-    age: u32,
-    importance: f32,
-    /// Whether it is drawn in this frame.
-    pub draw_now: bool,
-}
-
-/// Everything whose change makes a map wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Drawn {
-    /// Without its colour, which is in no map.
-    pub light: GpuLight,
-    pub clip_from_view: Mat4,
-    pub clip_from_world: Mat4,
-    content: u64,
-}
-
-impl LightMap {
-    fn new(light: &SceneLight, view: LightView) -> Self {
-        Self {
-            light: light.entity,
-            number: 0,
-            now: light.gpu,
-            view,
-            size: 0,
-            tile: None,
-            drawn: None,
-            in_doubt: false,
-            incomplete: false,
-            waits: false,
-            age: u32::MAX,
-            importance: 0.0,
-            draw_now: false,
-        }
-    }
-
-    fn wanted(&self) -> Drawn {
-        Drawn {
-            light: self.now.without_color(),
-            clip_from_view: self.view.view.clip_from_view,
-            clip_from_world: self.view.clip_from_world,
-            content: self.view.content,
-        }
-    }
-
-    /// What the tile shows once this frame's maps are drawn, and where; `None` until it is drawn at all.
-    pub fn shown(&self) -> Option<(Drawn, Tile)> {
-        Some((self.drawn?, self.tile?))
-    }
-
-    /// Whether its view is needed in this frame.
-    fn looks(&self) -> bool {
-        self.draw_now
-            || self.tile.is_some() && (self.age <= LINGER || self.incomplete || self.waits)
-    }
-}
-
-/// What the settings say about a kind of map.
-pub(crate) struct Limits {
-    /// Texels along the side of the tiles of lights that say nothing themselves.
-    pub size: u32,
-    /// The light's own choice, if it has one.
-    pub own_size: fn(&SceneLight) -> Option<u32>,
-    /// Frames that a light's maps stay as they are at least.
-    pub interval: fn(&SceneLight) -> u32,
-    /// Maps of `size` for which there is memory.
-    pub maps: u32,
-    /// Maps that are drawn again in a frame at most.
-    pub updates: usize,
-    /// Whether what is drawn stays as it is.
-    pub frozen: bool,
-}
-
-/// All maps of a kind.
-#[derive(Default)]
-pub(crate) struct LightMaps {
-    /// Those of a light follow each other, in the order of its views.
-    pub maps: Vec<LightMap>,
-    pub atlas: Atlas,
-    /// Grows whenever all tiles have changed place, and nothing is drawn any more.
-    pub layout: u64,
-    /// First map by number of the light, or -1.
-    first: Vec<i32>,
-    /// Lights that go without, for lack of memory,
-    without: usize,
-    /// and for lack of numbers.
-    nameless: usize,
-    /// What the maps were made of: the scene, and the lights.
-    seen: Option<(u64, Vec<SceneLight>)>,
-}
-
-impl LightMaps {
-    /// First map of a light by its number, or -1 if it has none.
-    pub fn first(&self, number: usize) -> i32 {
-        self.first.get(number).copied().unwrap_or(-1)
-    }
-
-    /// Lights that go without, for lack of room.
-    pub fn without(&self) -> usize {
-        self.without + self.nameless
-    }
-
-    /// Nobody looks.
-    pub fn clear(&mut self) {
-        *self = Self {
-            layout: self.layout + 1,
-            ..Default::default()
+impl Plugin for LightMapsPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "types.wgsl");
+        load_shader_library!(app, "lookup.wgsl");
+        embedded_asset!(app, "clear.wgsl");
+        embedded_asset!(app, "resolve.wgsl");
+        embedded_asset!(app, "sum.wgsl");
+        embedded_asset!(app, "vpls.wgsl");
+        app.add_plugins((
+            CaptureKindPlugin::<DepthCapture, DrawPrepass>::default(),
+            CaptureKindPlugin::<SurfaceCapture, DrawPrepass>::default(),
+        ));
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
         };
+        render_app
+            .init_resource::<SceneLightMaps>()
+            .add_render_command::<CapturePhase<DepthCapture>, DrawDepthOnlyPrepass>()
+            .add_systems(RenderStartup, pipelines::init_pipelines.run_if(supported))
+            .add_systems(
+                ExtractSchedule,
+                extract::extract_views
+                    .after(extract_lights)
+                    .after(NeedsKnown),
+            )
+            .add_systems(
+                Render,
+                (
+                    cache::prepare_maps.in_set(GiPrepare::LightMaps),
+                    cache::prepare_bind_groups
+                        .in_set(GiPrepare::Bindings)
+                        .run_if(supported),
+                ),
+            )
+            .add_systems(
+                RenderGraph,
+                (passes::draw_depth, passes::draw_surfaces)
+                    .chain()
+                    .in_set(GiSystems::CaptureScene)
+                    .after(preprocess_captures),
+            );
     }
-
-    /// The maps of a frame: which there are, how large, and which of them are drawn. Returns the views that
-    /// this needs. `wants` says which lights have any.
-    pub fn update(
-        &mut self,
-        scene: &LitScene,
-        lights: &[SceneLight],
-        wants: impl Fn(&SceneLight) -> bool,
-        limits: &Limits,
-    ) -> Vec<WantedView> {
-        let seen = self.seen.as_ref();
-        let same_scene = seen.is_some_and(|(content, _)| *content == scene.content);
-        if !same_scene || seen.is_some_and(|(_, before)| before != lights) {
-            self.look_around(scene, same_scene, lights, wants);
-            self.seen = Some((scene.content, lights.to_vec()));
-        }
-        for map in &mut self.maps {
-            map.age = map.age.saturating_add(1);
-            map.draw_now = false;
-        }
-        self.share(scene, lights, limits);
-        self.choose(lights, limits);
-        let looking = self.maps.iter().filter(|map| map.looks());
-        let wanted = looking.filter_map(|map| Some(map.view.wanted(map.light, map.tile?.size)));
-        wanted.collect()
-    }
-
-    /// Makes the maps those that the lights want, and keeps what is known of them.
-    fn look_around(
-        &mut self,
-        scene: &LitScene,
-        same_scene: bool,
-        lights: &[SceneLight],
-        wants: impl Fn(&SceneLight) -> bool,
-    ) {
-        let lights_before = self.seen.take().map_or(Vec::new(), |(_, lights)| lights);
-        let mut old = HashMap::<Entity, Vec<LightMap>>::new();
-        for map in self.maps.drain(..) {
-            old.entry(map.light).or_default().push(map);
-        }
-        self.first.clear();
-        self.nameless = 0;
-        for (number, light) in lights.iter().enumerate() {
-            let first = self.maps.len();
-            let mut before = old.remove(&light.entity).unwrap_or_default();
-            let stays = |map: &LightMap| {
-                let layers = lights_before.get(map.number as usize).map(|l| &l.layers);
-                map.now.without_color() == light.gpu.without_color()
-                    && layers == Some(&light.layers)
-            };
-            if wants(light) && same_scene && before.first().is_some_and(stays) {
-                self.maps.append(&mut before);
-            } else if wants(light) {
-                let views = scene.views(light);
-                let room = self.maps.len() + views.len() <= MAX_MAPS;
-                self.nameless += usize::from(!room);
-                for view in views.into_iter().filter(|_| room) {
-                    let known = before.iter().position(|map| map.view.face == view.face);
-                    let map = match known.map(|i| before.swap_remove(i)) {
-                        Some(map) => LightMap { view, ..map },
-                        None => LightMap::new(light, view),
-                    };
-                    self.maps.push(map);
-                }
-            }
-            old.insert(light.entity, before);
-            for map in &mut self.maps[first..] {
-                map.number = number as u32;
-                map.now = light.gpu;
-            }
-            self.first.push(match self.maps.len() > first {
-                true => first as i32,
-                false => -1,
-            });
-        }
-        for tile in old.into_values().flatten().filter_map(|map| map.tile) {
-            self.atlas.release(tile);
-        }
-    }
-
-    /// How large each tile should be.
-    fn share(&mut self, scene: &LitScene, lights: &[SceneLight], limits: &Limits) {
-        let own_size = |light: &SceneLight| {
-            let size = (limits.own_size)(light).unwrap_or(limits.size);
-            size.max(atlas::SMALLEST).next_power_of_two()
-        };
-        let largest = self
-            .maps
-            .iter()
-            .map(|map| own_size(&lights[map.number as usize]));
-        let side = largest.max().unwrap_or(atlas::SMALLEST);
-        let texels: u64 = self
-            .maps
-            .iter()
-            .filter_map(|map| map.tile)
-            .map(|t| u64::from(t.size).pow(2))
-            .sum();
-        let pages = u64::from(self.atlas.pages());
-        // Most of the pages are empty: the memory is given back.
-        let sparse = pages > 4 && 4 * texels < pages * u64::from(side).pow(2) && texels > 0;
-        if side != self.atlas.side() || sparse {
-            self.start_anew(side);
-        }
-        for map in &mut self.maps {
-            map.importance = scene.importance(&lights[map.number as usize], map.view.face);
-        }
-        // The faces of a cube are as large as each other; the maps of a sun are not.
-        let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
-        for i in 0..self.maps.len() {
-            let (map, before) = (&self.maps[i], i.checked_sub(1).map(|b| &self.maps[b]));
-            let same = before.is_some_and(|b| b.light == map.light) && !map.now.is_directional();
-            match groups.last_mut().filter(|_| same) {
-                Some(group) => group.end = i + 1,
-                None => groups.push(i..i + 1),
-            }
-        }
-        let requests: Vec<_> = groups
-            .iter()
-            .map(|group| {
-                let map = &self.maps[group.start];
-                Request {
-                    tiles: group.len() as u32,
-                    wanted: own_size(&lights[map.number as usize]),
-                    now: map.tile.map_or(0, |tile| tile.size),
-                    importance: map.importance,
-                }
-            })
-            .collect();
-        let sizes = atlas::share(&requests, budget(side, limits));
-        self.without = sizes.iter().filter(|size| **size == 0).count();
-        for (group, size) in groups.into_iter().zip(sizes) {
-            for map in &mut self.maps[group] {
-                map.size = size;
-                if size == 0 {
-                    map.drawn = None;
-                    map.tile
-                        .take()
-                        .into_iter()
-                        .for_each(|tile| self.atlas.release(tile));
-                }
-            }
-        }
-    }
-
-    /// Which maps are drawn in this frame, and where.
-    fn choose(&mut self, lights: &[SceneLight], limits: &Limits) {
-        let mut stale: Vec<usize> = (0..self.maps.len())
-            .filter(|i| {
-                let map = &self.maps[*i];
-                let interval = (limits.interval)(&lights[map.number as usize]);
-                match map.drawn {
-                    _ if map.size == 0 => false,
-                    None => true,
-                    // What was missing has come, or may have.
-                    Some(_) if map.incomplete || (map.waits && map.in_doubt) => true,
-                    Some(_) if limits.frozen || map.age < interval => false,
-                    Some(drawn) => {
-                        let resized = map.tile.is_none_or(|tile| tile.size != map.size);
-                        drawn != map.wanted() || map.in_doubt || resized
-                    }
-                }
-            })
-            .collect();
-        let maps = &self.maps;
-        // The longest waiting first; what has never been drawn before all others, as nothing stands in for it.
-        stale.sort_by(|a, b| {
-            let (a, b) = (&maps[*a], &maps[*b]);
-            (b.drawn.is_none().cmp(&a.drawn.is_none()))
-                .then(b.age.cmp(&a.age))
-                .then(b.importance.total_cmp(&a.importance))
-        });
-        let new = stale.iter().filter(|i| maps[**i].drawn.is_none()).count();
-        stale.truncate(limits.updates.max(new.min(NEW_A_FRAME)));
-        let pages = most_pages(self.atlas.side(), limits);
-        let mut crowded = false;
-        for i in stale {
-            let map = &mut self.maps[i];
-            if map.tile.is_none_or(|tile| tile.size != map.size) {
-                match (self.atlas.allocate(map.size, pages), map.tile) {
-                    (Some(new), old) => {
-                        map.tile = Some(new);
-                        old.into_iter().for_each(|old| self.atlas.release(old));
-                    }
-                    // As large as before, until there is room.
-                    (None, Some(_)) => {}
-                    (None, None) => {
-                        crowded = true;
-                        continue;
-                    }
-                }
-            }
-            map.draw_now = true;
-            map.age = 0;
-            map.drawn = Some(map.wanted());
-            map.in_doubt = false;
-        }
-        // There are texels enough, but not in one place, or maps that are to shrink still have them.
-        let shrinking = |map: &LightMap| map.tile.is_some_and(|tile| tile.size > map.size);
-        if crowded && !self.maps.iter().any(shrinking) {
-            self.start_anew(self.atlas.side());
-        }
-    }
-
-    fn start_anew(&mut self, side: u32) {
-        self.atlas = Atlas::new(side);
-        self.layout += 1;
-        for map in &mut self.maps {
-            map.tile = None;
-            map.drawn = None;
-            map.draw_now = false;
-            map.age = u32::MAX;
-        }
-    }
-
-    /// Once meshes are queued: has this frame's maps drawn by `queue`, and notes what is still missing in them. `ready`:
-    /// whether all that draws them is compiled. Returns their number.
-    pub fn finish<K: CaptureKind>(
-        &mut self,
-        views: &CaptureViews<K>,
-        cache: &PipelineCache,
-        ready: bool,
-        queue: &mut CaptureQueue,
-    ) -> usize {
-        let ready = ready && views.ready(cache);
-        let mut drawn = 0;
-        for map in &mut self.maps {
-            let face = map.view.face;
-            if !map.draw_now {
-                map.in_doubt |= views.changed(map.light, face);
-                continue;
-            }
-            drawn += 1;
-            map.incomplete = !ready;
-            map.waits = views.waits(map.light, face);
-            queue.0.extend(views.get(map.light, face));
-        }
-        drawn
-    }
-}
-
-/// Texels that all tiles together may have.
-fn budget(side: u32, limits: &Limits) -> u64 {
-    let texels = u64::from(limits.maps) * u64::from(limits.size) * u64::from(limits.size);
-    texels.min(u64::from(MAX_PAGES) * u64::from(side) * u64::from(side))
-}
-
-/// Pages for the budget, and one in which tiles can be exchanged.
-fn most_pages(side: u32, limits: &Limits) -> u32 {
-    let page = u64::from(side) * u64::from(side);
-    (budget(side, limits).div_ceil(page) as u32 + 1).min(MAX_PAGES)
 }

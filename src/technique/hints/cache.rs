@@ -168,10 +168,10 @@ impl Cache<RadianceHints> for HintsCache {
             },
             settings: settings.clone(),
             lighting: frame.lighting,
-            rsm: frame.rsm.version,
+            rsm: frame.light_maps.rsm_version,
             shown: shown_slots(frame.gi, frame.debug, settings),
             share: frame.gi.light_share,
-            vpls: frame.rsm.vpls_of(frame.volume.main.id()),
+            vpls: frame.light_maps.vpls_of(frame.volume.main.id()),
             camera: frame.camera_depth.clip_from_world.filter(|_| by_depth),
         };
         let (shown, vpls) = (content.shown, content.vpls);
@@ -383,19 +383,20 @@ impl HintsCache {
                 from: from_surfaces(slot),
             }
         });
-        let lights = (frame.rsm.bind_group.is_some() && settings.bounces > 0).then(|| {
-            device.create_bind_group(
-                "gi/hints/lights",
-                &cache.get_bind_group_layout(&pipelines.lights_layout),
-                &BindGroupEntries::with_indices((
-                    (0, voxels.brick_map().as_entire_binding()),
-                    (1, voxels.occupancy.as_entire_binding()),
-                    (4, self.slot_light.as_entire_binding()),
-                    (6, &*frame.camera_depth.texture),
-                    (7, frame.camera_depth.camera.as_entire_binding()),
-                )),
-            )
-        });
+        let lights =
+            (frame.light_maps.rsm_bind_group.is_some() && settings.bounces > 0).then(|| {
+                device.create_bind_group(
+                    "gi/hints/lights",
+                    &cache.get_bind_group_layout(&pipelines.lights_layout),
+                    &BindGroupEntries::with_indices((
+                        (0, voxels.brick_map().as_entire_binding()),
+                        (1, voxels.occupancy.as_entire_binding()),
+                        (4, self.slot_light.as_entire_binding()),
+                        (6, &*frame.camera_depth.texture),
+                        (7, frame.camera_depth.camera.as_entire_binding()),
+                    )),
+                )
+            });
         let coloured = settings.bounce != HintBounce::Surfaces && settings.coloured_bounces;
         let albedo = (coloured && plan.new_surfaces).then(|| {
             device.create_bind_group(

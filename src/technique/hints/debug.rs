@@ -23,8 +23,8 @@ use crate::{
     gpu::compute::ComputePass,
     scene::{
         bind_group::{SceneBindGroup, scene_layout},
+        light_maps::{SceneLightMaps, rsm_layout},
         probes::SceneProbes,
-        rsm::{SceneRsm, rsm_layout},
         voxels::SceneVoxels,
     },
     schedule::GiPrepare,
@@ -157,7 +157,7 @@ fn show_hints(
     volumes: Query<VolumeData>,
     shown: Query<(Entity, &ShownOf, Option<&DebugShapes>)>,
     debug: Res<GiDebugSettings>,
-    rsm: Res<SceneRsm>,
+    maps: Res<SceneLightMaps>,
     view: Option<Res<HintsView>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
@@ -247,7 +247,7 @@ fn show_hints(
                 Some((entity, ..)) => commands.entity(entity),
                 None => commands.spawn(ShownOf(volume, what)),
             };
-            match (what, &rsm.bind_group) {
+            match (what, &maps.rsm_bind_group) {
                 (Shown::Hints, _) => {
                     entity.insert(shapes(view.hints, probes.lattice.count(), shapes_before));
                 }

@@ -2,7 +2,7 @@
 #define_import_path bevy_gi::technique::hints::disk
 
 #import bevy_gi::gpu::random::random3
-#import bevy_gi::scene::rsm::lookup::{map_flux, maps}
+#import bevy_gi::scene::light_maps::lookup::{map_flux, maps}
 #import bevy_gi::technique::hints::bindings::hints
 
 // Samples of a map that has any light.

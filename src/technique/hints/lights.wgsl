@@ -5,8 +5,8 @@
 #import bevy_gi::scene::bindings::volume
 #import bevy_gi::scene::probes::types::{cell_center, probe_coords, probe_count}
 #import bevy_gi::scene::probes::bindings::{offsets, probes}
-#import bevy_gi::scene::rsm::lookup::{load_rsm, maps, texels, vpls}
-#import bevy_gi::scene::rsm::types::{vpl_map, vpl_normal}
+#import bevy_gi::scene::light_maps::lookup::{load_lit_surface, maps, texels, vpls}
+#import bevy_gi::scene::light_maps::types::{vpl_map, vpl_normal}
 #import bevy_gi::scene::voxels::trace::voxels_between
 #import bevy_gi::surface::kept_depth::CameraDepth
 #import bevy_gi::technique::hints::accumulate::{asleep, blend_slot}
@@ -147,7 +147,7 @@ fn add_disks(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, pr
             if any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
                 continue;
             }
-            let texel = load_rsm(m, vec2<u32>(uv * size));
+            let texel = load_lit_surface(m, vec2<u32>(uv * size));
             if !texel.exists {
                 continue;
             }

@@ -3,8 +3,8 @@
 #import bevy_gi::debug::types::Mark
 #import bevy_gi::scene::probes::bindings::{offsets, probes}
 #import bevy_gi::scene::probes::types::{cell_center, probe_coords}
-#import bevy_gi::scene::rsm::lookup::{maps, vpls}
-#import bevy_gi::scene::rsm::types::vpl_map
+#import bevy_gi::scene::light_maps::lookup::{maps, vpls}
+#import bevy_gi::scene::light_maps::types::vpl_map
 #import bevy_gi::technique::hints::bindings::hints
 #import bevy_gi::technique::hints::disk::{disk_center, disk_sample, flux_to_share, map_samples}
 #import bevy_gi::technique::hints::types::{HintsView, Picked}

@@ -85,7 +85,7 @@ impl HintsJob {
         if let Some(albedo) = &self.albedo {
             record.run(&pipelines.albedo, per_hint(), &[albedo, scene, cache]);
         }
-        match (&self.lights, &inputs.rsm.bind_group) {
+        match (&self.lights, &inputs.light_maps.rsm_bind_group) {
             (Some(lights), Some(rsm)) => {
                 record.run(&pipelines.lights, per_hint(), &[lights, scene, cache, rsm]);
             }

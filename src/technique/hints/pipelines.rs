@@ -12,8 +12,8 @@ use crate::{
     gpu::compute::ComputePass,
     scene::{
         bind_group::scene_layout,
+        light_maps::{rsm_layout, shader_defs as rsm_shader_defs},
         probes::{cache_entries, shader_defs as probe_shader_defs},
-        rsm::{rsm_layout, shader_defs as rsm_shader_defs},
     },
     technique::Pipelines,
 };

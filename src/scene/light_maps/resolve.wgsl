@@ -1,7 +1,8 @@
-// Turns the G-buffer that a light sees into texels of its reflective shadow map.
+// Turns the G-buffer that a light sees into surfaces, the texels of its reflective shadow map.
 
 #import bevy_gi::gpu::pack::pack_normal
-#import bevy_gi::scene::rsm::types::{RsmMap, RsmMaps, rsm_position}
+#import bevy_gi::scene::types::{LightMap, LightMaps}
+#import bevy_gi::scene::light_maps::types::{map_position, surface_uv}
 #import bevy_pbr::{
     pbr_deferred_types::{
         DEFERRED_FLAGS_UNLIT_BIT, unpack_24bit_normal, unpack_flags, unpack_unorm4x8_,
@@ -10,12 +11,12 @@
     utils::octahedral_decode,
 }
 
-struct Resolve {
+struct MapResolve {
     map: u32,
 }
 
-@group(0) @binding(0) var<uniform> resolve_: Resolve;
-@group(0) @binding(1) var<storage, read> maps: RsmMaps;
+@group(0) @binding(0) var<uniform> resolve_: MapResolve;
+@group(0) @binding(1) var<storage, read> maps: LightMaps;
 @group(0) @binding(2) var depth_texture: texture_depth_2d;
 @group(0) @binding(3) var deferred_texture: texture_2d<u32>;
 @group(0) @binding(4) var texels: texture_storage_2d<rgba32uint, write>;
@@ -30,7 +31,7 @@ fn window(distance: f32, range: f32) -> f32 {
 
 // Whether a surface's light is counted here. Not that of surfaces far from the volume, which only throw their shadow into it;
 // and where maps of a sun overlap, that of the finest, which come first.
-fn is_of_this_map(map: RsmMap, p: vec3<f32>) -> bool {
+fn is_of_this_map(map: LightMap, p: vec3<f32>) -> bool {
     if any(p < map.bounce_min) || any(p > map.bounce_max) {
         return false;
     }
@@ -51,20 +52,26 @@ fn is_of_this_map(map: RsmMap, p: vec3<f32>) -> bool {
     return true;
 }
 
+// Texel of the G-buffer that a surface is made of.
+fn drawn_at(map: LightMap, at: vec2<u32>) -> vec2<u32> {
+    let tile = vec2<u32>(map.depth_origin * vec2<f32>(textureDimensions(depth_texture)));
+    return tile + (at << vec2(map.reduction)) + ((1u << map.reduction) >> 1u);
+}
+
 // Where something is seen in a texel, metres; w is 0 if there is nothing.
-fn seen_at(map: RsmMap, at: vec2<i32>) -> vec4<f32> {
+fn seen_at(map: LightMap, at: vec2<i32>) -> vec4<f32> {
     if any(at < vec2(0)) || any(at >= vec2(i32(map.size))) {
         return vec4(0.0);
     }
-    let z = textureLoad(depth_texture, at, 0);
+    let z = textureLoad(depth_texture, drawn_at(map, vec2<u32>(at)), 0);
     if z == 0.0 {
         return vec4(0.0);
     }
-    return vec4(rsm_position(map, (vec2<f32>(at) + 0.5) / f32(map.size), z), 1.0);
+    return vec4(map_position(map, surface_uv(map, vec2<u32>(at)), z), 1.0);
 }
 
 // A vector along the surface at `p`, towards the nearer of two neighbours: beyond an edge lies another surface.
-fn tangent(map: RsmMap, p: vec3<f32>, at: vec2<i32>, next: vec2<i32>) -> vec3<f32> {
+fn tangent(map: LightMap, p: vec3<f32>, at: vec2<i32>, next: vec2<i32>) -> vec3<f32> {
     let after = seen_at(map, at + next);
     let before = seen_at(map, at - next);
     let a = after.xyz - p;
@@ -76,7 +83,7 @@ fn tangent(map: RsmMap, p: vec3<f32>, at: vec2<i32>, next: vec2<i32>) -> vec3<f3
 }
 
 // The normal on the lit side by the depths around a texel.
-fn normal_of_depths(map: RsmMap, p: vec3<f32>, at: vec2<i32>, to_light: vec3<f32>) -> vec3<f32> {
+fn normal_of_depths(map: LightMap, p: vec3<f32>, at: vec2<i32>, to_light: vec3<f32>) -> vec3<f32> {
     let n = cross(tangent(map, p, at, vec2(1, 0)), tangent(map, p, at, vec2(0, 1)));
     let len = length(n);
     if !(len > 0.0) {
@@ -92,8 +99,8 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = vec2<i32>(id.xy);
-    let z = textureLoad(depth_texture, at, 0);
-    let packed = textureLoad(deferred_texture, at, 0);
+    let z = textureLoad(depth_texture, drawn_at(map, id.xy), 0);
+    let packed = textureLoad(deferred_texture, drawn_at(map, id.xy), 0);
     let unlit = (unpack_flags(packed.a) & DEFERRED_FLAGS_UNLIT_BIT) != 0u;
     let texel = map.origin + id.xy;
     if z == 0.0 || all(packed == vec4(0u)) || unlit {
@@ -103,8 +110,8 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     // Diffuse and specular together, as voxels have it: what a rough surface of that colour reflects.
     let albedo = pow(unpack_unorm4x8_(packed.r).rgb, vec3(2.2));
-    let uv = (vec2<f32>(id.xy) + 0.5) / f32(map.size);
-    let p = rsm_position(map, uv, z);
+    let uv = surface_uv(map, id.xy);
+    let p = map_position(map, uv, z);
     var n = octahedral_decode(unpack_24bit_normal(packed.a));
 
     // Part of the light that arrives in this texel, over `flux_scale`.
@@ -116,7 +123,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         to_light = -d / max(distance, 1e-6);
         // Solid angle of a texel over that of one in the middle: the cube of the cosine to the axis.
         let side = 2.0 * uv - 1.0;
-        let axis = rsm_position(map, vec2(0.5), z) - map.position;
+        let axis = map_position(map, vec2(0.5), z) - map.position;
         let c = saturate(dot(normalize(axis), -to_light));
         arrives = c * c * c * window(distance, map.range);
         let cosine = dot(-to_light, map.direction);

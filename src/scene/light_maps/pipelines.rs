@@ -1,16 +1,17 @@
-//! Layouts and pipelines of reflective shadow maps, and how meshes are drawn into them.
+//! Layouts and pipelines of light maps, and how meshes are drawn into them.
 
 use std::sync::Arc;
 
 use bevy::{
     asset::{AssetServer, load_embedded_asset},
+    core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
     ecs::{
         prelude::*,
         system::{SystemParamItem, lifetimeless::*},
     },
     material::{MaterialProperties, key::ErasedMaterialPipelineKey},
     mesh::MeshVertexBufferLayoutRef,
-    pbr::{DrawPrepass, MeshPipelineKey},
+    pbr::{DrawDepthOnlyPrepass, DrawPrepass, MeshPipelineKey},
     render::{
         render_phase::DrawFunctions,
         render_resource::{binding_types::*, *},
@@ -18,7 +19,7 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::types::{GpuRsmMaps, GpuRsmResolve, GpuVpls};
+use super::types::{GpuLightMaps, GpuMapResolve, GpuVpls};
 use crate::{
     gpu::compute::ComputePass,
     scene::{
@@ -28,13 +29,43 @@ use crate::{
     settings::LightShare,
 };
 
-/// The name of the pass that draws, and the label of group 3.
-pub(super) const NAME: &str = "gi/scene/rsm";
+/// Depth alone: Bevy's depth-only prepass.
+pub(crate) struct DepthCapture;
 
-/// The G-buffer from the lights: Bevy's deferred prepass as it is.
-pub(crate) struct RsmCapture;
+impl CaptureKind for DepthCapture {
+    type Param = (
+        PrepassPipelines<'static>,
+        SRes<DrawFunctions<CapturePhase<Self>>>,
+    );
+    const KEY: MeshPipelineKey = MeshPipelineKey::DEPTH_PREPASS;
 
-impl CaptureKind for RsmCapture {
+    fn specialize(
+        (prepass, draws): &mut SystemParamItem<Self::Param>,
+        cache: &PipelineCache,
+        key: ErasedMaterialPipelineKey,
+        mesh_key: MeshPipelineKey,
+        material: &Arc<MaterialProperties>,
+        layout: &MeshVertexBufferLayoutRef,
+    ) -> Option<CapturePipeline> {
+        let reads_material = mesh_key
+            .intersects(MeshPipelineKey::MAY_DISCARD | MeshPipelineKey::PREPASS_READS_MATERIAL);
+        let draws = draws.read();
+        Some(CapturePipeline {
+            pipeline: prepass.specialize(cache, key, material, layout)?,
+            draw: if reads_material {
+                draws.id::<DrawPrepass>()
+            } else {
+                draws.id::<DrawDepthOnlyPrepass>()
+            },
+            reads_material,
+        })
+    }
+}
+
+/// Depth and a G-buffer of what is seen: Bevy's deferred prepass.
+pub(crate) struct SurfaceCapture;
+
+impl CaptureKind for SurfaceCapture {
     type Param = (
         PrepassPipelines<'static>,
         SRes<DrawFunctions<CapturePhase<Self>>>,
@@ -60,21 +91,24 @@ impl CaptureKind for RsmCapture {
 
 /// Pipelines and layouts.
 #[derive(Resource)]
-pub(crate) struct RsmPipelines {
+pub(crate) struct LightMapPipelines {
     pub resolve_layout: BindGroupLayoutDescriptor,
     pub sum_layout: BindGroupLayoutDescriptor,
     pub vpls_layout: BindGroupLayoutDescriptor,
+    /// Empties a tile of depth: a render pass can only clear all of a page.
+    pub clear: CachedRenderPipelineId,
     pub resolve: ComputePass,
     pub sum: ComputePass,
     pub weigh: ComputePass,
     pub vpls: ComputePass,
 }
 
-impl RsmPipelines {
-    pub fn ready(&self, cache: &PipelineCache) -> bool {
-        [self.resolve, self.sum, self.weigh, self.vpls]
-            .iter()
-            .all(|pass| pass.ready(cache))
+impl LightMapPipelines {
+    /// Whether all that draws depth, or surfaces too, is compiled.
+    pub fn ready(&self, surfaces: bool, cache: &PipelineCache) -> bool {
+        let passes = [self.resolve, self.sum, self.weigh, self.vpls];
+        cache.get_render_pipeline(self.clear).is_some()
+            && (!surfaces || passes.iter().all(|pass| pass.ready(cache)))
     }
 }
 
@@ -88,11 +122,11 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
     defs
 }
 
-/// Layout of group 3 of whoever reads the maps; `lookup.wgsl` is its twin.
+/// Layout of group 3 of whoever reads surfaces or virtual point lights; `lookup.wgsl` is its twin.
 pub(crate) fn rsm_layout() -> BindGroupLayoutDescriptor {
     let read = || storage_buffer_read_only_sized(false, None);
     BindGroupLayoutDescriptor::new(
-        NAME,
+        "gi/scene/rsm",
         &BindGroupLayoutEntries::sequential(
             // Debug views look them up, too.
             ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
@@ -106,12 +140,12 @@ pub(crate) fn rsm_layout() -> BindGroupLayoutDescriptor {
     )
 }
 
-pub(crate) fn init_rsm(
+pub(super) fn init_pipelines(
     mut commands: Commands,
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
 ) {
-    let maps = || storage_buffer_read_only::<GpuRsmMaps>(false);
+    let maps = || storage_buffer_read_only::<GpuLightMaps>(false);
     let texels = || texture_2d_array(TextureSampleType::Uint);
     let flux = || texture_2d_array(TextureSampleType::Float { filterable: false });
     let written = StorageTextureAccess::WriteOnly;
@@ -121,7 +155,7 @@ pub(crate) fn init_rsm(
         &BindGroupLayoutEntries::sequential(
             compute,
             (
-                uniform_buffer::<GpuRsmResolve>(false),
+                uniform_buffer::<GpuMapResolve>(false),
                 maps(),
                 texture_2d(TextureSampleType::Depth),
                 texture_2d(TextureSampleType::Uint),
@@ -159,7 +193,24 @@ pub(crate) fn init_rsm(
         ComputePass::new(&cache, name, &[layout], shader, entry, shader_defs())
     };
     let server = server.as_ref();
-    commands.insert_resource(RsmPipelines {
+    let clear = cache.queue_render_pipeline(RenderPipelineDescriptor {
+        label: Some("gi/scene/light_maps_clear".into()),
+        vertex: VertexState {
+            shader: load_embedded_asset!(server, "clear.wgsl"),
+            entry_point: Some("far_away".into()),
+            ..Default::default()
+        },
+        depth_stencil: Some(DepthStencilState {
+            format: CORE_3D_DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(CompareFunction::Always),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        ..Default::default()
+    });
+    commands.insert_resource(LightMapPipelines {
+        clear,
         resolve: pass(
             "gi/scene/rsm_resolve",
             &resolve_layout,

@@ -1,34 +1,10 @@
-// Reflective shadow maps: a texel, and what one says. Twin of types.rs.
-#define_import_path bevy_gi::scene::rsm::types
+// Surfaces that a light sees, and the virtual point lights chosen from them. Twin of types.rs.
+#define_import_path bevy_gi::scene::light_maps::types
 
 #import bevy_gi::gpu::pack::unpack_normal
+#import bevy_gi::scene::types::LightMap
 #import bevy_pbr::utils::{octahedral_decode, octahedral_encode}
 #import bevy_pbr::rgb9e5::rgb9e5_to_vec3_
-
-struct RsmMap {
-    clip_from_world: mat4x4<f32>,
-    world_from_clip: mat4x4<f32>,
-    color: vec3<f32>,
-    kind: u32,
-    position: vec3<f32>,
-    size: u32,
-    direction: vec3<f32>,
-    flux_scale: f32,
-    range: f32,
-    cos_inner: f32,
-    cos_outer: f32,
-    drawn: u32,
-    light: u32,
-    page: u32,
-    bounce_min: vec3<f32>,
-    bounce_max: vec3<f32>,
-    origin: vec2<u32>,
-}
-
-struct RsmMaps {
-    count: u32,
-    array: array<RsmMap>,
-}
 
 struct Vpl {
     position: vec3<f32>,
@@ -38,7 +14,7 @@ struct Vpl {
 }
 
 // What a light lights in a texel of its map.
-struct RsmTexel {
+struct LitSurface {
     exists: bool,
     position: vec3<f32>,
     normal: vec3<f32>,
@@ -51,7 +27,7 @@ const LUMINANCE: vec3<f32> = vec3(0.2126, 0.7152, 0.0722);
 
 // Luminous flux of what the surfaces in a map reflect, lumens, from the top of its tile's mip chain: its light's colour is
 // not yet in the texture.
-fn luminous_flux(map: RsmMap, flux: texture_2d_array<f32>) -> f32 {
+fn luminous_flux(map: LightMap, flux: texture_2d_array<f32>) -> f32 {
     let level = firstTrailingBit(map.size);
     let top = textureLoad(flux, map.origin >> vec2(level), map.page, level).x;
     return select(0.0, top * dot(map.color, LUMINANCE), map.drawn != 0u);
@@ -73,20 +49,25 @@ fn vpl_map(vpl: Vpl) -> u32 {
 }
 
 // World position of a point of a map.
-fn rsm_position(map: RsmMap, uv: vec2<f32>, z: f32) -> vec3<f32> {
+fn map_position(map: LightMap, uv: vec2<f32>, z: f32) -> vec3<f32> {
     let ndc = vec3(uv * vec2(2.0, -2.0) + vec2(-1.0, 1.0), z);
     let world = map.world_from_clip * vec4(ndc, 1.0);
     return world.xyz / world.w;
 }
 
-fn unpack_rsm(map: RsmMap, texel: vec2<u32>, words: vec4<u32>) -> RsmTexel {
-    var t: RsmTexel;
+// Where in a map the point of a surface lies that its texel stands for.
+fn surface_uv(map: LightMap, texel: vec2<u32>) -> vec2<f32> {
+    return (vec2<f32>(texel) + map.center) / f32(map.size);
+}
+
+fn unpack_lit_surface(map: LightMap, texel: vec2<u32>, words: vec4<u32>) -> LitSurface {
+    var t: LitSurface;
     t.exists = (words.y >> 24u) != 0u;
     if !t.exists {
         return t;
     }
-    let uv = (vec2<f32>(texel) + 0.5) / f32(map.size);
-    t.position = rsm_position(map, uv, bitcast<f32>(words.z));
+    let uv = surface_uv(map, texel);
+    t.position = map_position(map, uv, bitcast<f32>(words.z));
     t.normal = unpack_normal(words.y);
     t.flux = rgb9e5_to_vec3_(words.x) * map.color * map.flux_scale;
     t.albedo = unpack4x8unorm(words.w).rgb;
@@ -94,7 +75,7 @@ fn unpack_rsm(map: RsmMap, texel: vec2<u32>, words: vec4<u32>) -> RsmTexel {
 }
 
 // Area of the surface that a texel shows, square metres.
-fn texel_area(map: RsmMap, p: vec3<f32>, n: vec3<f32>) -> f32 {
+fn texel_area(map: LightMap, p: vec3<f32>, n: vec3<f32>) -> f32 {
     if map.kind == #{LIGHT_DIRECTIONAL}u {
         return map.flux_scale / max(abs(dot(n, map.direction)), 0.1);
     }

@@ -1,15 +1,17 @@
-//! GPU structs of reflective shadow maps; `types.wgsl` is their twin.
+//! GPU structs of light maps; `scene/types.wgsl` has the twin of a map, `types.wgsl` here those of the others.
 
 use bevy::{
-    math::{Mat4, UVec2, Vec3},
+    math::{Mat4, UVec2, Vec2, Vec3},
     render::render_resource::ShaderType,
 };
 
-use crate::scene::{light_maps::LightMap, lights::LightKind};
+use super::choice::{LightMap, Limits};
+use crate::scene::lights::LightKind;
 
 /// One map.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
-pub struct GpuRsmMap {
+pub struct GpuLightMap {
+    /// Of what its tile shows.
     pub clip_from_world: Mat4,
     pub world_from_clip: Mat4,
     /// As [`GpuLight::color`](crate::scene::lights::GpuLight::color) now, lux or candela; of a rect light times its
@@ -19,7 +21,7 @@ pub struct GpuRsmMap {
     pub kind: u32,
     /// Where the light is, metres.
     pub position: Vec3,
-    /// Texels along the side of its tile.
+    /// Texels along the side of its tile of surfaces.
     pub size: u32,
     /// Unit vector in which the light travels.
     pub direction: Vec3,
@@ -30,23 +32,35 @@ pub struct GpuRsmMap {
     pub range: f32,
     pub cos_inner: f32,
     pub cos_outer: f32,
-    /// Whether it shows anything yet.
+    /// Whether surfaces are drawn already.
     pub drawn: u32,
     /// Number of its light; the maps of a light follow each other.
     pub light: u32,
-    /// Layer of the textures.
+    /// Layer of all textures.
     pub page: u32,
     /// Surfaces outside of this box cast, but do not bounce. Metres.
     pub bounce_min: Vec3,
     pub bounce_max: Vec3,
-    /// Corner of its tile, texels.
+    /// Corner of its tile of surfaces, texels.
     pub origin: UVec2,
+    /// Corner of its tile of depth, over the side of a page.
+    pub depth_origin: Vec2,
+    /// Side of its tile of depth, over that of a page.
+    pub depth_size: f32,
+    /// Half a texel of depth, over the side of the tile.
+    pub depth_inset: f32,
+    /// Whether depth is drawn already.
+    pub depth_drawn: u32,
+    /// A surface is what depth shows in one of `1 << reduction` squared texels,
+    pub reduction: u32,
+    /// which lies so far from the surface's corner, in surfaces.
+    pub center: f32,
 }
 
-impl GpuRsmMap {
+impl GpuLightMap {
     /// A map as it is once this frame's are drawn: its texels are of when they were drawn, the light's colour is always
-    /// that of now.
-    pub(crate) fn new(map: &LightMap) -> Self {
+    /// that of now. `side`: of the pages of depth.
+    pub(super) fn new(map: &LightMap, side: u32, limits: &Limits) -> Self {
         let base = Self {
             clip_from_world: map.view.clip_from_world,
             // From afar, a rect light is one of an intensity: luminance times area.
@@ -64,7 +78,8 @@ impl GpuRsmMap {
         let Some((drawn, tile)) = map.shown() else {
             return base;
         };
-        let texels = (tile.size * tile.size) as f32;
+        let reduction = limits.reduction;
+        let size = tile.size >> reduction;
         // Width of the view over its depth, or the width itself: both are in the projection's first column.
         let half_width = 1.0 / drawn.clip_from_view.x_axis.x;
         let half_height = 1.0 / drawn.clip_from_view.y_axis.y;
@@ -73,19 +88,28 @@ impl GpuRsmMap {
             clip_from_world: drawn.clip_from_world,
             world_from_clip: drawn.clip_from_world.inverse(),
             position: light.position,
-            size: tile.size,
+            size,
             // A point light looks everywhere.
             direction: match light.kind {
                 kind if kind == LightKind::Point as u32 => Vec3::ZERO,
                 _ => light.direction,
             },
-            flux_scale: 4.0 * half_width * half_height / texels,
+            flux_scale: 4.0 * half_width * half_height / (size * size) as f32,
             range: light.range,
             cos_inner: light.cos_inner,
             cos_outer: light.cos_outer,
-            drawn: 1,
+            drawn: u32::from(drawn.surfaces),
             page: tile.page,
-            origin: tile.origin,
+            origin: tile.origin >> reduction,
+            depth_origin: tile.origin.as_vec2() / side as f32,
+            depth_size: tile.size as f32 / side as f32,
+            depth_inset: 0.5 / tile.size as f32,
+            depth_drawn: 1,
+            reduction,
+            center: match reduction {
+                0 => 0.5,
+                _ => 0.5 + 0.5 / (1_u32 << reduction) as f32,
+            },
             ..base
         }
     }
@@ -93,12 +117,12 @@ impl GpuRsmMap {
 
 /// The buffer of all maps.
 #[derive(ShaderType, Clone, Default)]
-pub struct GpuRsmMaps {
+pub struct GpuLightMaps {
     /// Maps in `array`.
     pub count: u32,
     /// The maps, with an empty one at the end.
     #[shader(size(runtime))]
-    pub array: Vec<GpuRsmMap>,
+    pub array: Vec<GpuLightMap>,
 }
 
 /// A small light that a patch of surface is.
@@ -113,9 +137,9 @@ pub struct GpuVpl {
     pub normal: u32,
 }
 
-/// Uniform of [`resolve.wgsl`](super).
+/// Uniform of `resolve.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
-pub struct GpuRsmResolve {
+pub struct GpuMapResolve {
     pub map: u32,
 }
 

@@ -1,5 +1,4 @@
-//! What each light looks at: the projections of its shadow maps and reflective shadow maps, and the meshes
-//! in each.
+//! What each light looks at: the projections of its maps, and the meshes in each.
 
 use std::{
     f32::consts::{FRAC_PI_2, PI},
@@ -17,14 +16,16 @@ use bevy::{
     transform::components::{GlobalTransform, Transform},
 };
 
-use super::{
-    bounds::{Beam, any_up, overlaps},
-    capture::WantedView,
-    lights::{LightKind, SceneLight},
-    visibility::{Caster, SceneCasters},
-    volume::{VolumeGrid, finest_first},
+use crate::{
+    camera::GiCamera,
+    scene::{
+        bounds::{Beam, any_up, overlaps},
+        capture::WantedView,
+        lights::{LightKind, SceneLight},
+        visibility::{Caster, SceneCasters},
+        volume::{VolumeGrid, finest_first},
+    },
 };
-use crate::camera::GiCamera;
 
 /// Depth needs a near plane, metres.
 const SMALLEST_NEAR: f32 = 1e-4;
@@ -67,7 +68,10 @@ impl Sides {
 pub(crate) struct LitScene<'a> {
     volumes: Vec<LitVolume>,
     casters: Vec<&'a Caster>,
-    /// Whether maps show what is lit, and not what casts shadows.
+    /// Whether maps show what is lit, and not only what casts shadows.
+    ///
+    /// As in Bevy, meshes that share no layer with a light are lit, and do not stand in its way. A map has room
+    /// for one surface in each direction: it is one that does, unless there is none in all of the map's light.
     lit: bool,
     /// Where the GI cameras are, metres.
     cameras: Vec<Vec3>,
@@ -107,6 +111,8 @@ pub(crate) struct LightView {
     meshes: Vec<Entity>,
     /// What they look like, see [`SceneCasters::content`].
     pub content: u64,
+    /// Whether they stand in the light's way. If not, they are only lit by it.
+    pub blocks: bool,
 }
 
 impl LightView {
@@ -124,11 +130,12 @@ impl LightView {
 }
 
 impl<'a> LitScene<'a> {
-    /// `None` without volumes: then nobody looks at a map.
+    /// `None` without volumes: then nobody looks at a map. `lit`: whether maps show surfaces that light only falls on.
     pub fn new(
         grids: &Query<(Entity, &VolumeGrid)>,
         casters: &'a SceneCasters,
         cameras: &Query<(&Camera, &GlobalTransform), With<GiCamera>>,
+        lit: bool,
     ) -> Option<Self> {
         let mut grids: Vec<_> = grids.iter().filter_map(|(e, g)| Some((e, g.0?))).collect();
         grids.sort_by(|(a, a_grid), (b, b_grid)| finest_first((a_grid, *a), (b_grid, *b)));
@@ -158,7 +165,7 @@ impl<'a> LitScene<'a> {
                 .iter()
                 .filter(|caster| caster.shadow)
                 .collect(),
-            lit: false,
+            lit,
             cameras: active
                 .map(|(_, transform)| transform.translation())
                 .collect(),
@@ -167,37 +174,31 @@ impl<'a> LitScene<'a> {
         (!scene.volumes.is_empty()).then_some(scene)
     }
 
-    /// The same for maps of what is lit.
-    ///
-    /// As in Bevy, meshes that share no layer with a light are lit, and do not stand in its way. A map has room
-    /// for one surface in each direction: it is one that does, unless there is none in all of the map's light.
-    pub fn of_lit(self) -> Self {
-        Self { lit: true, ..self }
-    }
-
-    /// Meshes that a light's maps show, of those that it reaches.
-    fn shown(&self, light: &SceneLight, reach: Option<&Aabb3d>) -> Vec<&'a Caster> {
+    /// Meshes that a light's maps show, of those that it reaches, and whether they block it.
+    fn shown(&self, light: &SceneLight, reach: Option<&Aabb3d>) -> (Vec<&'a Caster>, bool) {
         let casters = self.casters.iter().copied();
         let mut shown: Vec<_> = casters
             .filter(|c| reach.is_none_or(|reach| overlaps(&c.bounds, reach)))
             .collect();
         let shares_layer = |c: &&Caster| c.layers.intersects(&light.layers);
-        if !self.lit || shown.iter().any(shares_layer) {
+        let blocks = shown.iter().any(shares_layer);
+        if blocks || !self.lit {
             shown.retain(shares_layer);
         }
-        shown
+        (shown, blocks)
     }
 
     /// The maps of a light; none if it gets to no volume.
     pub fn views(&self, light: &SceneLight) -> Vec<LightView> {
         let Some(reach) = light.reach() else {
-            let casters = self.shown(light, None);
+            let (casters, blocks) = self.shown(light, None);
             // Where the maps of volumes overlap, light is counted in the finest: the others must know where that is.
             let mut finer = FixedHasher.build_hasher();
             let views = self.volumes.iter().map(|volume| {
                 let around = volume.bounds.grow(Vec3A::splat(2.0 * volume.radius()));
                 let view = directional_view(light.gpu.direction, &volume.bounds, &casters);
-                let mut view = LightView::new(volume.entity.index_u32(), view, around, &casters);
+                let mut view =
+                    LightView::new(volume.entity.index_u32(), view, around, &casters, blocks);
                 view.content ^= finer.finish();
                 view.clip_from_world
                     .to_cols_array()
@@ -210,9 +211,9 @@ impl<'a> LitScene<'a> {
         if !self.volumes.iter().any(|v| overlaps(&reach, &v.bounds)) {
             return Vec::new();
         }
-        let reached = self.shown(light, Some(&reach));
+        let (reached, blocks) = self.shown(light, Some(&reach));
         let views = lamp_views(light).into_iter().zip(0..);
-        let views = views.map(|(view, face)| LightView::new(face, view, reach, &reached));
+        let views = views.map(|(view, face)| LightView::new(face, view, reach, &reached, blocks));
         views.collect()
     }
 
@@ -271,7 +272,7 @@ impl<'a> LitScene<'a> {
 }
 
 impl LightView {
-    fn new(face: u32, view: MapView, bounces: Aabb3d, casters: &[&Caster]) -> Self {
+    fn new(face: u32, view: MapView, bounces: Aabb3d, casters: &[&Caster], blocks: bool) -> Self {
         let clip_from_world = view.clip_from_world();
         let sides = Sides::new(&clip_from_world);
         let seen = || casters.iter().copied().filter(|c| sides.sees(&c.bounds));
@@ -282,6 +283,7 @@ impl LightView {
             bounces,
             meshes: seen().map(|c| c.entity).collect(),
             content: SceneCasters::content(seen()),
+            blocks,
         }
     }
 }

@@ -1,8 +1,9 @@
 // Virtual point lights of each volume: each finds a texel with a probability in proportion to its luminous flux, among those
 // of all lights or of its own, the more the nearer the light is to the volume.
 
-#import bevy_gi::scene::rsm::types::{
-    LUMINANCE, RsmMap, RsmMaps, Vpl, luminous_flux, pack_vpl_normal, texel_area, unpack_rsm,
+#import bevy_gi::scene::types::LightMaps
+#import bevy_gi::scene::light_maps::types::{
+    LUMINANCE, Vpl, luminous_flux, pack_vpl_normal, texel_area, unpack_lit_surface,
 }
 
 struct Vpls {
@@ -14,7 +15,7 @@ const PI: f32 = 3.14159265359;
 const LANES: u32 = 64u;
 
 @group(0) @binding(0) var<uniform> vpls_: Vpls;
-@group(0) @binding(1) var<storage, read> maps: RsmMaps;
+@group(0) @binding(1) var<storage, read> maps: LightMaps;
 @group(0) @binding(2) var texels: texture_2d_array<u32>;
 @group(0) @binding(3) var flux: texture_2d_array<f32>;
 // By volume.
@@ -140,7 +141,7 @@ fn choose(@builtin(global_invocation_id) id: vec3<u32>) {
         at += best;
     }
     let words = textureLoad(texels, map.origin + at, map.page, 0);
-    let texel = unpack_rsm(map, at, words);
+    let texel = unpack_lit_surface(map, at, words);
     let luminous = dot(texel.flux, LUMINANCE);
     if !texel.exists || !(luminous > 0.0) {
         vpls[index] = none;
