@@ -14,6 +14,7 @@ use bevy::{
 use super::{
     light_maps::SceneLightMaps,
     lights::{GpuLight, GpuLights, SceneLights},
+    opacity::{OpacityTextures, SceneOpacity},
     sky::{GpuSky, SceneSky},
     volume::{ExtractedVolume, GpuVolume, with_volume},
 };
@@ -74,6 +75,8 @@ pub fn scene_layout() -> BindGroupLayoutDescriptor {
                 uniform_buffer::<GpuSky>(false),
                 texture_cube(TextureSampleType::Float { filterable: true }),
                 sampler(SamplerBindingType::Filtering),
+                texture_3d(TextureSampleType::Float { filterable: true }),
+                sampler(SamplerBindingType::Filtering),
             ),
         ),
     )
@@ -107,7 +110,8 @@ fn write_lights(
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn prepare_scene_bind_groups(
     mut commands: Commands,
-    volumes: Query<(Entity, &ExtractedVolume)>,
+    volumes: Query<(Entity, &ExtractedVolume, Option<&SceneOpacity>)>,
+    opacity: Option<Res<OpacityTextures>>,
     lights: Res<SceneLights>,
     maps: Res<SceneLightMaps>,
     sky: Res<SceneSky>,
@@ -129,6 +133,7 @@ fn prepare_scene_bind_groups(
         Some(sky_uniform),
         Some(sky_map),
         Some(sky_sampler),
+        Some(opacity),
     ) = (
         lights.buffer.binding(),
         maps.gpu.binding(),
@@ -137,6 +142,7 @@ fn prepare_scene_bind_groups(
         sky.buffer.binding(),
         &sky.view,
         &sky.sampler,
+        &opacity,
     )
     else {
         return;
@@ -145,7 +151,7 @@ fn prepare_scene_bind_groups(
         return;
     }
     let layout = cache.get_bind_group_layout(&scene_layout());
-    for (entity, volume) in &volumes {
+    for (entity, volume, own) in &volumes {
         let mut uniform = UniformBuffer::from(volume.gpu());
         uniform.write_buffer(&device, &queue);
         let bind_group = device.create_bind_group(
@@ -160,6 +166,8 @@ fn prepare_scene_bind_groups(
                 sky_uniform.clone(),
                 sky_map,
                 sky_sampler,
+                own.map_or(&opacity.none, |own| &own.view),
+                &opacity.sampler,
             )),
         );
         commands.entity(entity).insert(SceneBindGroup(bind_group));

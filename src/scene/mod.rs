@@ -1,7 +1,7 @@
 //! The capture of the scene: geometry, lights and sky, independent of any camera.
 //!
 //! Data flows one way: meshes, lights and sky of the main world become [`SceneVoxels`](voxels),
-//! [`SceneLightMaps`](light_maps), [`SceneProbes`](probes) and [`SceneLights`](lights).
+//! [`SceneLightMaps`](light_maps), [`SceneOpacity`](opacity), [`SceneProbes`](probes) and [`SceneLights`](lights).
 //! Techniques read nothing else. Everything inside a [`GiVolume`](volume::GiVolume) is captured, whether it is
 //! on screen or not.
 //!
@@ -12,6 +12,7 @@ pub mod cascades;
 pub mod light_maps;
 pub mod lights;
 pub mod material;
+pub mod opacity;
 pub mod probes;
 pub mod visibility;
 pub mod volume;
@@ -49,6 +50,7 @@ impl Plugin for ScenePlugin {
             capture::CapturePlugin,
             light_maps::LightMapsPlugin,
             voxels::VoxelsPlugin,
+            opacity::OpacityPlugin,
             probes::ProbesPlugin,
             bind_group::SceneBindGroupPlugin,
         ));

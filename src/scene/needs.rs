@@ -11,6 +11,8 @@ use bevy::{
 pub struct SceneNeeds {
     /// [`SceneVoxels`](super::voxels).
     pub voxels: bool,
+    /// [`SceneOpacity`](super::opacity), which requires voxels.
+    pub opacity: bool,
     /// Depth of the [`SceneLightMaps`](super::light_maps): shadow maps.
     pub shadows: bool,
     /// Surfaces of the [`SceneLightMaps`](super::light_maps): reflective shadow maps.
@@ -28,6 +30,7 @@ impl SceneNeeds {
     /// Adds the needs of `other`.
     pub fn add(&mut self, other: Self) {
         self.voxels |= other.voxels;
+        self.opacity |= other.opacity;
         self.shadows |= other.shadows;
         self.rsm |= other.rsm;
         self.probes |= other.probes;

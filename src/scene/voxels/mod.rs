@@ -45,6 +45,7 @@ mod pipelines;
 mod types;
 
 pub use cache::SceneVoxels;
+pub(crate) use cache::prepare_voxels;
 pub(crate) use passes::voxelize;
 pub(crate) use types::{BRICK_VOXELS, SLICES, argument, shader_defs};
 pub use types::{SUPERSAMPLING, WORDS};

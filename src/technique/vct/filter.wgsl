@@ -1,10 +1,10 @@
 // The radiance cache: voxels into cells of 2x2x2, and cells into coarser ones.
 //
-// Each cell is seen from six sides (Crassin 2011, section 7.3): along a direction, of two cells in
-// a row the nearer covers the further one, and the four rows are averaged. So a thin wall stays
-// opaque, and each of its sides keeps its own light, at every level.
+// Each cell is seen from six sides, as the scene's opacity is: a thin wall stays opaque, and each of its sides keeps
+// its own light, at every level.
 
 #import bevy_gi::gpu::pack::unpack_radiance
+#import bevy_gi::scene::opacity::cells::{coverage, facing, row}
 #import bevy_gi::scene::voxels::types::{BRICK_VOXELS, WORDS, brick_coords, local_index, unpack_voxel}
 
 struct Mip {
@@ -20,21 +20,12 @@ fn over(near: vec4<f32>, far: vec4<f32>) -> vec4<f32> {
     return near + (1.0 - near.a) * far;
 }
 
-// What light that travels along `direction` (0..6: +x -x +y -y +z -z) meets in 2x2x2 `cells`, which
-// are numbered x + 2 y + 4 z.
+// What light that travels along `direction` meets in 2x2x2 cells.
 fn see(cells: ptr<function, array<vec4<f32>, 8>>, direction: u32) -> vec4<f32> {
-    let axis = direction / 2u;
-    let step = 1u << axis;
-    let u = 1u << ((axis + 1u) % 3u);
-    let v = 1u << ((axis + 2u) % 3u);
     var sum = vec4(0.0);
     for (var i = 0u; i < 4u; i++) {
-        let base = (i & 1u) * u + (i >> 1u) * v;
-        // A ray going the positive way meets the lower cell first.
-        let forward = (direction & 1u) == 0u;
-        let near = select(base + step, base, forward);
-        let far = select(base, base + step, forward);
-        sum += 0.25 * over((*cells)[near], (*cells)[far]);
+        let order = row(direction, i);
+        sum += 0.25 * over((*cells)[order.x], (*cells)[order.y]);
     }
     return sum;
 }
@@ -90,22 +81,11 @@ fn filter_voxels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
         two_sided[i] = voxel.two_sided;
     }
     for (var d = 0u; d < #{DIRECTIONS}u; d++) {
-        let axis = d / 2u;
         var seen: array<vec4<f32>, 8>;
         for (var i = 0u; i < 8u; i++) {
-            // Cosine between the normal and the way back to the viewer.
-            let facing = select(normal[i][axis], -normal[i][axis], (d & 1u) == 0u);
-            // A surface that is met edge-on covers nothing; one that is seen from behind is not
-            // there, as with back-face culling, unless both its sides are.
-            // (The normal is stored with 12 bits: a tenth of a percent of a hot spot is a lot of light.)
-            var coverage = saturate(2.0 * abs(facing) - 0.05);
-            var light = front[i];
-            if two_sided[i] {
-                light = select(back[i], front[i], facing > 0.0);
-            } else if facing < 0.0 {
-                coverage = 0.0;
-            }
-            seen[i] = vec4(light, 1.0) * coverage;
+            let cosine = facing(normal[i], d);
+            let light = select(front[i], back[i], two_sided[i] && cosine <= 0.0);
+            seen[i] = vec4(light, 1.0) * coverage(cosine, two_sided[i]);
         }
         store(cell, d, see(&seen, d));
     }
