@@ -362,16 +362,15 @@ pub(crate) fn prepare_bind_groups(
     }
     let all_texels = array_view(&textures.texels, 0, None);
     let all_flux = array_view(&textures.flux, 0, None);
-    rsm.bind_group = Some(device.create_bind_group(
-        "gi/scene/rsm",
-        &cache.get_bind_group_layout(&rsm_layout()),
-        &BindGroupEntries::sequential((
-            maps.clone(),
-            &all_texels,
-            &all_flux,
-            textures.vpls.as_entire_binding(),
-        )),
-    ));
+    rsm.bind_group = Some(
+        rsm_layout()
+            .bind(&device, &cache)
+            .with("maps", maps.clone())
+            .with("texels", &all_texels)
+            .with("flux", &all_flux)
+            .with("vpls", textures.vpls.as_entire_binding())
+            .build(),
+    );
     let copies = rsm.copy.iter().flat_map(|old| {
         let pairs = [(&old.texels, &textures.texels), (&old.flux, &textures.flux)];
         pairs.map(|(source, target)| RsmCopy {
@@ -386,18 +385,16 @@ pub(crate) fn prepare_bind_groups(
         .map(|(i, tile)| {
             let mut uniform = UniformBuffer::from(GpuRsmResolve { map: i as u32 });
             uniform.write_buffer(&device, &queue);
-            let group = device.create_bind_group(
-                "gi/scene/rsm_resolve",
-                &cache.get_bind_group_layout(&pipelines.resolve_layout),
-                &BindGroupEntries::sequential((
-                    &uniform,
-                    maps.clone(),
-                    &*textures.depth,
-                    &*textures.gbuffer,
-                    &page_view(&textures.texels, tile.page),
-                    &page_view(&textures.flux, tile.page),
-                )),
-            );
+            let group = pipelines
+                .resolve_layout
+                .bind(&device, &cache)
+                .with("resolve_", &uniform)
+                .with("maps", maps.clone())
+                .with("depth_texture", &*textures.depth)
+                .with("deferred_texture", &*textures.gbuffer)
+                .with("texels", &page_view(&textures.texels, tile.page))
+                .with("flux", &page_view(&textures.flux, tile.page))
+                .build();
             (i, group)
         })
         .collect();
@@ -409,14 +406,12 @@ pub(crate) fn prepare_bind_groups(
     };
     let sum = (1..=levels)
         .map(|level| {
-            let group = device.create_bind_group(
-                "gi/scene/rsm_sum",
-                &cache.get_bind_group_layout(&pipelines.sum_layout),
-                &BindGroupEntries::sequential((
-                    &array_view(&textures.flux, level - 1, Some(1)),
-                    &array_view(&textures.flux, level, Some(1)),
-                )),
-            );
+            let group = pipelines
+                .sum_layout
+                .bind(&device, &cache)
+                .with("finer", &array_view(&textures.flux, level - 1, Some(1)))
+                .with("coarser", &array_view(&textures.flux, level, Some(1)))
+                .build();
             let side = textures.shape.size >> level;
             (UVec3::new(side, side, textures.shape.pages), group)
         })
@@ -426,19 +421,17 @@ pub(crate) fn prepare_bind_groups(
         share: rsm.share as u32,
     });
     uniform.write_buffer(&device, &queue);
-    let vpls = device.create_bind_group(
-        "gi/scene/rsm_vpls",
-        &cache.get_bind_group_layout(&pipelines.vpls_layout),
-        &BindGroupEntries::sequential((
-            &uniform,
-            maps,
-            &all_texels,
-            &all_flux,
-            textures.vpls.as_entire_binding(),
-            textures.sums.as_entire_binding(),
-            weights,
-        )),
-    );
+    let vpls = pipelines
+        .vpls_layout
+        .bind(&device, &cache)
+        .with("vpls_", &uniform)
+        .with("maps", maps)
+        .with("texels", &all_texels)
+        .with("flux", &all_flux)
+        .with("vpls", textures.vpls.as_entire_binding())
+        .with("sums", textures.sums.as_entire_binding())
+        .with("weights", weights)
+        .build();
     rsm.job = Some(RsmJob {
         copies,
         draw,

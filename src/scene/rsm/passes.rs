@@ -14,7 +14,7 @@ use super::{
     pipelines::{NAME, RsmCapture, RsmPipelines},
 };
 use crate::{
-    gpu::compute::{Groups, Recorder, groups},
+    gpu::compute::{Dispatch, Recorder},
     scene::capture::{CapturePhases, CaptureViews},
 };
 
@@ -35,7 +35,6 @@ pub(super) fn draw_rsm(
     };
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
-    let block = UVec3::new(8, 8, 1);
     for copy in &job.copies {
         copy.record(ctx.command_encoder());
     }
@@ -95,7 +94,7 @@ pub(super) fn draw_rsm(
         }
         .run(
             &pipelines.resolve,
-            groups(UVec3::new(texels, texels, 1), block),
+            Dispatch::Threads(UVec3::new(texels, texels, 1)),
             &[group],
         );
     }
@@ -105,19 +104,19 @@ pub(super) fn draw_rsm(
         diagnostics,
     };
     let levels = job.sum.iter();
-    let levels = levels.map(|(threads, group)| (groups(*threads, block), [group]));
+    let levels = levels.map(|(threads, group)| (Dispatch::Threads(*threads), [group]));
     if !job.sum.is_empty() {
         record.run_all(&pipelines.sum, None, levels);
     }
     let [count, volumes] = job.vpl_count.to_array();
     record.run(
         &pipelines.weigh,
-        Groups::Direct(UVec3::new(volumes, 1, 1)),
+        Dispatch::Workgroups(UVec3::new(volumes, 1, 1)),
         &[&job.vpls],
     );
     record.run(
         &pipelines.vpls,
-        groups(UVec3::new(count, volumes, 1), UVec3::new(64, 1, 1)),
+        Dispatch::Threads(UVec3::new(count, volumes, 1)),
         &[&job.vpls],
     );
 }
