@@ -20,13 +20,11 @@
 #import bevy_render::maths::PI
 #endif
 
-@group(0) @binding(0) var<uniform> stage: Stage;
-
 #ifdef SURFACES
+@group(0) @binding(0) var<storage, read> brick_list: array<u32>;
 @group(0) @binding(1) var<storage, read_write> reflected: array<vec2<u32>>;
-@group(0) @binding(3) var<storage, read> brick_list: array<u32>;
-@group(0) @binding(4) var<storage, read> voxel_list: array<u32>;
-@group(0) @binding(5) var<storage, read> counters: array<u32>;
+@group(0) @binding(3) var<storage, read> voxel_list: array<u32>;
+@group(0) @binding(4) var<storage, read> counters: array<u32>;
 
 // One thread a voxel with a surface: what its front and its back reflect of the light at the hints.
 @compute @workgroup_size(LANES)
@@ -47,6 +45,7 @@ fn light_surfaces(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     reflected[index] = vec2(pack_radiance(front), pack_radiance(back));
 }
 #else
+@group(0) @binding(0) var<uniform> stage: Stage;
 @group(0) @binding(1) var<storage, read> reflected: array<vec2<u32>>;
 // See `bevy_gi::scene::probes`.
 @group(0) @binding(4) var<storage, read> hits: array<vec2<u32>>;

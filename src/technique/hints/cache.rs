@@ -332,7 +332,6 @@ impl HintsCache {
             light: pipelines
                 .surfaces_layout
                 .bind(device, cache)
-                .with("stage", &stage(slot, 0, PHYSICAL))
                 .with("pool", voxels.pool.as_entire_binding())
                 .with("reflected", self.reflected.as_entire_binding())
                 .with("brick_list", voxels.brick_list.as_entire_binding())

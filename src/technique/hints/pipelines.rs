@@ -73,10 +73,9 @@ impl Pipelines for HintsPipelines {
             .with("camera_depth", texture_2d(loaded()))
             .with("camera", uniform::<GpuCameraDepth>());
         let surfaces_layout = GroupLayout::new("gi/hints/surfaces", compute)
-            .with("stage", uniform::<GpuStage>())
+            .with("brick_list", storage_read::<Vec<u32>>())
             .with("reflected", storage_write::<Vec<UVec2>>())
             .with("pool", storage_read::<Vec<u32>>())
-            .with("brick_list", storage_read::<Vec<u32>>())
             .with("voxel_list", storage_read::<Vec<u32>>())
             .with("counters", storage_read::<Vec<u32>>());
         let gather_layout = GroupLayout::new("gi/hints/bounce", compute)
