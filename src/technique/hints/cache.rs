@@ -373,38 +373,54 @@ impl HintsCache {
                 from: from_surfaces(slot),
             }
         });
-        let lights = (frame.rsm.bind_group.is_some() && settings.bounces > 0).then(|| {
-            pipelines
-                .lights_layout
-                .bind(device, cache)
+        let slot_bytes = self.slot_light.size() / u64::from(slots);
+        HintsJob {
+            relights: plan.relights,
+            carry,
+            albedo: self.albedo(plan, voxels, probes, frame),
+            lights: self.lights(voxels, frame),
+            clear: (self.slot_light.clone(), slot_bytes),
+            sources,
+            bounces: bounces.collect(),
+            sum: sum(shown, [settings.first_gain, settings.later_gain]),
+        }
+    }
+
+    /// What gathers the light of lamps, if there are any.
+    fn lights(&self, voxels: &SceneVoxels, frame: &Frame<RadianceHints>) -> Option<BindGroup> {
+        let wanted = frame.rsm.bind_group.is_some() && frame.settings.bounces > 0;
+        let layout = &frame.pipelines.lights_layout;
+        wanted.then(|| {
+            layout
+                .bind(frame.device, frame.cache)
                 .with("brick_map", voxels.brick_map().as_entire_binding())
                 .with("occupancy", voxels.occupancy.as_entire_binding())
                 .with("slots", self.slot_light.as_entire_binding())
                 .with("camera_depth", &*frame.camera_depth.texture)
                 .with("camera", frame.camera_depth.camera.as_entire_binding())
                 .build()
-        });
+        })
+    }
+
+    /// What averages the colour of surfaces, if a bounce needs it.
+    fn albedo(
+        &self,
+        plan: &Plan,
+        voxels: &SceneVoxels,
+        probes: &SceneProbes,
+        frame: &Frame<RadianceHints>,
+    ) -> Option<BindGroup> {
+        let settings = frame.settings;
         let coloured = settings.bounce != HintBounce::Surfaces && settings.coloured_bounces;
-        let albedo = (coloured && plan.new_surfaces).then(|| {
-            pipelines
-                .albedo_layout
-                .bind(device, cache)
+        let layout = &frame.pipelines.albedo_layout;
+        (coloured && plan.new_surfaces).then(|| {
+            layout
+                .bind(frame.device, frame.cache)
                 .with("pool", voxels.pool.as_entire_binding())
                 .with("hits", probes.hits.as_entire_binding())
                 .with("albedos", self.albedos.as_entire_binding())
                 .build()
-        });
-        let slot_bytes = self.slot_light.size() / u64::from(slots);
-        HintsJob {
-            relights: plan.relights,
-            carry,
-            albedo,
-            lights,
-            clear: (self.slot_light.clone(), slot_bytes),
-            sources,
-            bounces: bounces.collect(),
-            sum: sum(shown, [settings.first_gain, settings.later_gain]),
-        }
+        })
     }
 
     /// What moves light along with the hints.
