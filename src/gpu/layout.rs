@@ -1,6 +1,6 @@
 //! Bind group layouts whose entries have names: those of the variables in WGSL.
 //!
-//! Shaders declare again what they read of a layout; `device_tests.rs` compares the two. Bind groups are made by name,
+//! Shaders declare again what they read of a layout; `shader_tests.rs` compares the two. Bind groups are made by name,
 //! so that two buffers of the same type cannot change places.
 
 use std::any::type_name;
@@ -245,7 +245,7 @@ fn wgsl_handle(ty: BindingType) -> String {
     }
 }
 
-/// All that pipelines were made with, for `device_tests.rs`: Bevy keeps neither names nor the size of workgroups.
+/// All that pipelines were made with, for `shader_tests.rs`: Bevy keeps neither names nor the size of workgroups.
 #[cfg(test)]
 pub(crate) mod made {
     use std::{collections::BTreeMap, sync::Mutex};
