@@ -7,10 +7,7 @@ use bevy::{
     asset::uuid_handle,
     math::vec3,
     prelude::*,
-    render::{
-        extract_resource::ExtractResource,
-        render_resource::{binding_types::storage_buffer_read_only, *},
-    },
+    render::{extract_resource::ExtractResource, render_resource::*},
     shader::Shader,
 };
 use bevy_gi::{inspector::GiInspectorPlugin, prelude::*, technique::*};
@@ -109,10 +106,9 @@ impl Technique for AmbientCubes {
         shaders.insert(&SHADER, shader).expect("the handle is free");
     }
 
-    fn cache_layout() -> BindGroupLayoutDescriptor {
-        let cubes = storage_buffer_read_only::<AmbientCubesSettings>(false);
-        let entries = BindGroupLayoutEntries::single(ShaderStages::COMPUTE, cubes);
-        BindGroupLayoutDescriptor::new("cubes", &entries)
+    fn cache_layout() -> GroupLayout {
+        GroupLayout::new("cubes", ShaderStages::COMPUTE)
+            .with("cubes", storage_read::<AmbientCubesSettings>())
     }
 
     fn gather(_: &AssetServer) -> LookupShader {
@@ -148,11 +144,9 @@ impl Cache<AmbientCubes> for CubesCache {
         }
         let mut buffer = StorageBuffer::from(cubes);
         buffer.write_buffer(frame.device, frame.queue);
-        let layout = frame
-            .cache
-            .get_bind_group_layout(&AmbientCubes::cache_layout());
-        let entries = BindGroupEntries::single(&buffer);
-        self.bind_group = Some(frame.device.create_bind_group("cubes", &layout, &entries));
+        let layout = AmbientCubes::cache_layout();
+        let cubes = layout.bind(frame.device, frame.cache);
+        self.bind_group = Some(cubes.with("cubes", &buffer).build());
         // The new light is exact: one frame of it is enough.
         Activity::settling(1)
     }

@@ -80,6 +80,8 @@ pub mod reference;
 pub mod scene;
 mod schedule;
 mod settings;
+#[cfg(test)]
+mod shader_tests;
 mod surface;
 pub mod technique;
 mod technique_plugin;

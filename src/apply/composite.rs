@@ -26,8 +26,11 @@ use super::{
 };
 use crate::{
     debug::{GiDebugSettings, GiView, Painter},
-    gpu::caps::supported,
-    gpu::fullscreen::camera_pass,
+    gpu::{
+        caps::supported,
+        fullscreen::camera_pass,
+        layout::{GroupLayout, loaded, uniform},
+    },
     schedule::{GiPrepare, GiSystems},
     settings::GiSettings,
     surface::{ViewSurface, surface_layout},
@@ -59,8 +62,8 @@ pub(crate) struct ViewComposite {
 
 #[derive(Resource)]
 struct CompositePipeline {
-    surface: BindGroupLayoutDescriptor,
-    layout: BindGroupLayoutDescriptor,
+    surface: GroupLayout,
+    layout: GroupLayout,
     fullscreen: FullscreenShader,
     shader: Handle<Shader>,
 }
@@ -86,7 +89,7 @@ impl SpecializedRenderPipeline for CompositePipeline {
         };
         RenderPipelineDescriptor {
             label: Some("gi/apply/composite".into()),
-            layout: vec![self.surface.clone(), self.layout.clone()],
+            layout: vec![self.surface.descriptor(), self.layout.descriptor()],
             vertex: self.fullscreen.to_vertex_state(),
             fragment: Some(FragmentState {
                 shader: self.shader.clone(),
@@ -133,22 +136,15 @@ fn init_composite_pipeline(
     server: Res<AssetServer>,
     fullscreen: Res<FullscreenShader>,
 ) {
-    let source = || texture_2d(TextureSampleType::Float { filterable: false });
+    let source = || texture_2d(loaded());
     commands.insert_resource(CompositePipeline {
         surface: surface_layout(),
-        layout: BindGroupLayoutDescriptor::new(
-            "gi/apply/composite",
-            &BindGroupLayoutEntries::sequential(
-                ShaderStages::FRAGMENT,
-                (
-                    uniform_buffer::<GpuComposite>(false),
-                    source(),
-                    source(),
-                    source(),
-                    source(),
-                ),
-            ),
-        ),
+        layout: GroupLayout::new("gi/apply/composite", ShaderStages::FRAGMENT)
+            .with("composite", uniform::<GpuComposite>())
+            .with("diffuse_texture", source())
+            .with("specular_texture", source())
+            .with("surface_texture", source())
+            .with("ssao_texture", source()),
         fullscreen: fullscreen.clone(),
         shader: load_embedded_asset!(server.as_ref(), "composite.wgsl"),
     });
@@ -205,11 +201,15 @@ fn prepare_composite(
             Some(ssao) => &ssao.screen_space_ambient_occlusion_texture.default_view,
             None => &fallback.d2.texture_view,
         };
-        let bind_group = device.create_bind_group(
-            "gi/apply/composite",
-            &cache.get_bind_group_layout(&pipeline.layout),
-            &BindGroupEntries::sequential((&uniform, &**diffuse, &**specular, &**surface, ssao)),
-        );
+        let bind_group = pipeline
+            .layout
+            .bind(&device, &cache)
+            .with("composite", &uniform)
+            .with("diffuse_texture", &**diffuse)
+            .with("specular_texture", &**specular)
+            .with("surface_texture", &**surface)
+            .with("ssao_texture", ssao)
+            .build();
         let key = (view.target_format, debug.view != GiView::Full);
         commands.entity(entity).insert(ViewComposite {
             bind_group,

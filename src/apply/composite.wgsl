@@ -2,8 +2,8 @@
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_gi::surface::{
-    Surface, diffuse_albedo, gathered_pixel, kept_surface, load_surface, position_at, previous_uv, specular_albedo,
-    view, view_height,
+    Surface, diffuse_albedo, gathered_point, kept_surface, load_surface, previous_uv, specular_albedo, view,
+    view_height,
 }
 #import bevy_pbr::ssao_utils::ssao_multibounce
 
@@ -43,12 +43,6 @@ struct Indirect {
     similar: f32,
 }
 
-// The point that gathered pixel `at` shows, metres.
-fn gathered_point(at: vec2<i32>, depth: f32) -> vec3<f32> {
-    let full_size = vec2<u32>(view.viewport.zw);
-    return position_at(gathered_pixel(vec2<u32>(at), composite.divisor, full_size), depth);
-}
-
 // Joint bilateral upsampling (Kopf et al. 2007): the four gathered pixels around, by how much
 // their surface is this one: the same plane, not the same depth, or slanted walls would show bands.
 fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
@@ -61,6 +55,7 @@ fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
     var total = 0.0;
     var similar = 0.0;
     let height = view_height(s.depth);
+    let full_size = vec2<u32>(view.viewport.zw);
     for (var i = 0; i < 4; i++) {
         let o = vec2(i & 1, i >> 1u);
         let tap = clamp(base + o, vec2(0), vec2<i32>(composite.size) - 1);
@@ -70,7 +65,8 @@ fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
         }
         let b = mix(1.0 - f, f, vec2<f32>(o));
         let facing = saturate(dot(other.normal, s.normal));
-        let off = dot(s.normal, gathered_point(tap, other.depth) - s.position);
+        let point = gathered_point(tap, other.depth, composite.divisor, full_size);
+        let off = dot(s.normal, point - s.position);
         let apart = abs(off) / height;
         // Never quite 0: a pixel that no neighbour resembles takes the most similar.
         let w = (b.x * b.y + 1e-3) * (pow(facing, 8.0) + 1e-3) / (1e-3 + apart * apart * 70.0 + 1e-4 * apart);

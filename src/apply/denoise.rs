@@ -8,7 +8,7 @@ use bevy::{
     asset::{AssetServer, embedded_asset, load_embedded_asset},
     core_pipeline::schedule::Core3d,
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
-    math::{UVec2, UVec3},
+    math::UVec2,
     render::{
         Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
@@ -24,7 +24,8 @@ use super::{
 use crate::{
     gpu::{
         caps::supported,
-        compute::{ComputePass, Recorder, groups},
+        compute::{ComputePass, Dispatch, Recorder, block},
+        layout::{GroupLayout, loaded, uniform},
         statistics::Tracked,
     },
     schedule::{GiPrepare, GiSystems},
@@ -61,7 +62,7 @@ impl ViewDenoised {
 
 #[derive(Resource)]
 pub(crate) struct DenoisePipeline {
-    layout: BindGroupLayoutDescriptor,
+    layout: GroupLayout,
     pass: ComputePass,
 }
 
@@ -91,25 +92,19 @@ fn init_denoise_pipeline(
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
 ) {
-    let source = || texture_2d(TextureSampleType::Float { filterable: false });
+    let source = || texture_2d(loaded());
     let target = || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
-    let layout = BindGroupLayoutDescriptor::new(
-        "gi/apply/denoise",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                uniform_buffer::<GpuDenoise>(false),
-                source(),
-                source(),
-                source(),
-                target(),
-                target(),
-            ),
-        ),
-    );
+    let layout = GroupLayout::new("gi/apply/denoise", ShaderStages::COMPUTE)
+        .with("settings", uniform::<GpuDenoise>())
+        .with("diffuse_texture", source())
+        .with("specular_texture", source())
+        .with("surface_texture", source())
+        .with("diffuse_target", target())
+        .with("specular_target", target());
     let pass = ComputePass::new(
         &cache,
         "gi/apply/denoise",
+        block::TILE,
         &[&surface_layout(), &layout],
         load_embedded_asset!(server.as_ref(), "denoise.wgsl"),
         "denoise",
@@ -148,18 +143,16 @@ pub(crate) fn prepare_denoise(
         });
         uniform.write_buffer(&device, &queue);
         let [diffuse, specular, surface] = history.result();
-        let bind_group = device.create_bind_group(
-            "gi/apply/denoise",
-            &cache.get_bind_group_layout(&pipeline.layout),
-            &BindGroupEntries::sequential((
-                &uniform,
-                &**diffuse,
-                &**specular,
-                &**surface,
-                &*targets[0],
-                &*targets[1],
-            )),
-        );
+        let bind_group = pipeline
+            .layout
+            .bind(&device, &cache)
+            .with("settings", &uniform)
+            .with("diffuse_texture", &**diffuse)
+            .with("specular_texture", &**specular)
+            .with("surface_texture", &**surface)
+            .with("diffuse_target", &*targets[0])
+            .with("specular_target", &*targets[1])
+            .build();
         commands.entity(entity).insert(ViewDenoised {
             size: indirect.size,
             targets,
@@ -186,7 +179,7 @@ fn denoise(
         &pipeline.pass,
         Some(offset.offset),
         [(
-            groups(denoised.size.extend(1), UVec3::new(8, 8, 1)),
+            Dispatch::Threads(denoised.size.extend(1)),
             [&surface.bind_group, &denoised.bind_group],
         )],
     );

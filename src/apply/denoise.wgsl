@@ -1,6 +1,6 @@
 // Spatial filter of accumulated light: a mean over neighbours on the same surface.
 
-#import bevy_gi::surface::{gathered_pixel, kept_surface, position_at, view_height}
+#import bevy_gi::surface::{gathered_point, kept_surface, view_height}
 
 struct Denoise {
     size: vec2<u32>,
@@ -17,9 +17,8 @@ struct Denoise {
 @group(1) @binding(4) var diffuse_target: texture_storage_2d<rgba16float, write>;
 @group(1) @binding(5) var specular_target: texture_storage_2d<rgba16float, write>;
 
-// The point that gathered pixel `at` shows, metres.
 fn point(at: vec2<i32>, depth: f32) -> vec3<f32> {
-    return position_at(gathered_pixel(vec2<u32>(at), settings.divisor, settings.full_size), depth);
+    return gathered_point(at, depth, settings.divisor, settings.full_size);
 }
 
 @compute @workgroup_size(8, 8)

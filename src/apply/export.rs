@@ -47,7 +47,8 @@ use crate::{
     debug::{GiDebugSettings, GiView},
     gpu::{
         caps::{GiSupport, supported},
-        compute::{ComputePass, Recorder, groups, pass_name},
+        compute::{ComputePass, Dispatch, Recorder, block, pass_name},
+        layout::{GroupLayout, uniform},
         statistics::{GiStatistics, Tracked},
     },
     scene::{
@@ -344,17 +345,13 @@ struct ExportJob {
 }
 
 /// Layout of group 0; `export.wgsl` is its twin.
-fn export_layout() -> BindGroupLayoutDescriptor {
-    BindGroupLayoutDescriptor::new(
-        "gi/apply/export",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                uniform_buffer::<GpuExport>(false),
-                texture_storage_3d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly),
-            ),
-        ),
-    )
+fn export_layout() -> GroupLayout {
+    GroupLayout::new("gi/apply/export", ShaderStages::COMPUTE)
+        .with("exported", uniform::<GpuExport>())
+        .with(
+            "ambient_cubes",
+            texture_storage_3d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly),
+        )
 }
 
 impl ExportCubes {
@@ -462,11 +459,11 @@ fn prepare_exports(
             unit: cubes.unit,
         });
         uniform.write_buffer(&device, &queue);
-        let group = device.create_bind_group(
-            "gi/apply/export",
-            &cache.get_bind_group_layout(&export_layout()),
-            &BindGroupEntries::sequential((&uniform, &cubes.view)),
-        );
+        let group = export_layout()
+            .bind(&device, &cache)
+            .with("exported", &uniform)
+            .with("ambient_cubes", &cubes.view)
+            .build();
         cubes.job = Some(ExportJob {
             technique,
             layers: cubes.probes.z.div_ceil(parts),
@@ -559,6 +556,7 @@ fn init_export_pass<T: Technique>(
     let pass = ComputePass::new(
         &cache,
         pass_name(T::NAME, "export"),
+        block::CUBE,
         &[&export_layout(), &scene_layout(), &T::cache_layout()],
         shader,
         entry,
@@ -580,7 +578,7 @@ fn export<T: Technique>(
             let job = cubes.job.as_ref()?;
             let threads = cubes.probes.with_z(job.layers * 6);
             (job.technique == GiTechnique::of::<T>()).then_some((
-                groups(threads, UVec3::splat(4)),
+                Dispatch::Threads(threads),
                 [&job.group, &scene.0, technique.bind_group()?],
             ))
         })

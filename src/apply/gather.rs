@@ -9,7 +9,7 @@ use bevy::{
     core_pipeline::schedule::Core3d,
     ecs::prelude::*,
     log::warn,
-    math::{Affine3A, UVec2, UVec3, Vec3, primitives::ViewFrustum},
+    math::{Affine3A, UVec2, Vec3, primitives::ViewFrustum},
     render::{
         Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
@@ -22,7 +22,8 @@ use bevy::{
 use crate::{
     gpu::{
         caps::supported,
-        compute::{ComputePass, Recorder, groups, pass_name},
+        compute::{ComputePass, Dispatch, Recorder, block, pass_name},
+        layout::{GroupLayout, loaded, uniform},
         statistics::{GiStatistics, Tracked},
     },
     scene::{
@@ -116,22 +117,15 @@ impl Plugin for ViewIndirectPlugin {
 }
 
 /// Layout of group 3 of the gather; `gather.wgsl` is its twin.
-fn gather_layout() -> BindGroupLayoutDescriptor {
+fn gather_layout() -> GroupLayout {
     let target = || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
-    let source = || texture_2d(TextureSampleType::Float { filterable: false });
-    BindGroupLayoutDescriptor::new(
-        "gi/gather",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                uniform_buffer::<GpuGather>(false),
-                source(),
-                source(),
-                target(),
-                target(),
-            ),
-        ),
-    )
+    let source = || texture_2d(loaded());
+    GroupLayout::new("gi/gather", ShaderStages::COMPUTE)
+        .with("gather", uniform::<GpuGather>())
+        .with("diffuse_before", source())
+        .with("specular_before", source())
+        .with("diffuse_target", target())
+        .with("specular_target", target())
 }
 
 /// A texture at gather resolution that passes write and read.
@@ -226,7 +220,7 @@ pub(super) fn prepare_view_indirect(
 ) {
     let mut sorted: Vec<_> = volumes.iter().collect();
     sorted.sort_by_key(|(_, volume)| volume.rank);
-    let layout = cache.get_bind_group_layout(&gather_layout());
+    let layout = gather_layout();
     for (entity, view, surface, indirect) in &mut views {
         let Some(surface) = surface else {
             if indirect.is_some() {
@@ -282,13 +276,14 @@ pub(super) fn prepare_view_indirect(
                 });
                 uniform.write_buffer(&device, &queue);
                 let [to, from] = [&targets[i % 2], &targets[1 - i % 2]];
-                let group = device.create_bind_group(
-                    "gi/gather",
-                    &layout,
-                    &BindGroupEntries::sequential((
-                        &uniform, &*from[0], &*from[1], &*to[0], &*to[1],
-                    )),
-                );
+                let group = layout
+                    .bind(&device, &cache)
+                    .with("gather", &uniform)
+                    .with("diffuse_before", &*from[0])
+                    .with("specular_before", &*from[1])
+                    .with("diffuse_target", &*to[0])
+                    .with("specular_target", &*to[1])
+                    .build();
                 (entity, group)
             })
             .collect();
@@ -344,6 +339,7 @@ fn init_gather_pipeline<T: Technique>(
     let pass = ComputePass::new(
         &cache,
         pass_name(T::NAME, "gather"),
+        block::TILE,
         &[
             &surface_layout(),
             &scene_layout(),
@@ -371,9 +367,8 @@ fn gather<T: Technique>(
     }
     let runs = indirect.passes.iter().filter_map(|(volume, group)| {
         let (technique, scene) = volumes.get(*volume).ok()?;
-        let threads = indirect.size.extend(1);
         Some((
-            groups(threads, UVec3::new(8, 8, 1)),
+            Dispatch::Threads(indirect.size.extend(1)),
             [
                 &surface.bind_group,
                 &scene.0,

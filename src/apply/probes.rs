@@ -14,8 +14,16 @@ use bevy::{
 
 use super::export::ExportCubes;
 use crate::{
-    debug::{GiDebugSettings, fill::FillPass, shapes::DebugShapes},
-    gpu::{caps::supported, compute::ComputePass},
+    debug::{
+        GiDebugSettings,
+        fill::FillPass,
+        shapes::{DebugShapes, GpuShape},
+    },
+    gpu::{
+        caps::supported,
+        compute::{ComputePass, block},
+        layout::{GroupLayout, loaded, storage_write, uniform},
+    },
     scene::volume::{ExtractedVolume, with_volume},
     schedule::GiPrepare,
 };
@@ -36,7 +44,7 @@ struct GpuExportProbes {
 #[derive(Resource)]
 struct ProbesPass {
     pass: ComputePass,
-    layout: BindGroupLayoutDescriptor,
+    layout: GroupLayout,
 }
 
 pub(crate) struct ProbesPlugin;
@@ -55,21 +63,15 @@ impl Plugin for ProbesPlugin {
 }
 
 fn init_pass(mut commands: Commands, server: Res<AssetServer>, cache: Res<PipelineCache>) {
-    let layout = BindGroupLayoutDescriptor::new(
-        NAME,
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                uniform_buffer::<GpuExportProbes>(false),
-                texture_3d(TextureSampleType::Float { filterable: false }),
-                storage_buffer_sized(false, None),
-            ),
-        ),
-    );
+    let layout = GroupLayout::new(NAME, ShaderStages::COMPUTE)
+        .with("grid", uniform::<GpuExportProbes>())
+        .with("ambient_cubes", texture_3d(loaded()))
+        .with("shapes", storage_write::<Vec<GpuShape>>());
     commands.insert_resource(ProbesPass {
         pass: ComputePass::new(
             &cache,
             NAME,
+            block::CUBE,
             &[&layout],
             load_embedded_asset!(server.as_ref(), "probes.wgsl"),
             "show_probes",
@@ -115,14 +117,16 @@ fn prepare_probes(
         uniform.write_buffer(&device, &queue);
         let count = cubes.probes.element_product();
         let shapes = DebugShapes::new(count, shapes, &device, |shapes| {
-            let own = device.create_bind_group(
-                NAME,
-                &cache.get_bind_group_layout(&pass.layout),
-                &BindGroupEntries::sequential((&uniform, cubes.view(), shapes.as_entire_binding())),
-            );
+            let own = pass
+                .layout
+                .bind(&device, &cache)
+                .with("grid", &uniform)
+                .with("ambient_cubes", cubes.view())
+                .with("shapes", shapes.as_entire_binding())
+                .build();
             vec![FillPass {
                 pass: pass.pass,
-                groups: cubes.probes.map(|probes| probes.div_ceil(4)),
+                threads: cubes.probes,
                 bind_groups: vec![own],
             }]
         });

@@ -5,7 +5,7 @@ use bevy::{
     asset::{AssetServer, embedded_asset, load_embedded_asset},
     core_pipeline::schedule::Core3d,
     ecs::prelude::*,
-    math::{UVec2, UVec3},
+    math::UVec2,
     render::{
         Render, RenderApp, RenderStartup,
         render_resource::{binding_types::*, *},
@@ -18,7 +18,8 @@ use super::gather::{ViewIndirect, gather_texture, prepare_view_indirect};
 use crate::{
     gpu::{
         caps::supported,
-        compute::{ComputePass, Recorder, groups},
+        compute::{ComputePass, Dispatch, Recorder, block},
+        layout::{GroupLayout, loaded, uniform},
         statistics::{GiStatistics, Tracked},
     },
     schedule::{GiPrepare, GiSystems},
@@ -61,7 +62,7 @@ impl ViewHistory {
 
 #[derive(Resource)]
 pub(crate) struct TemporalPipeline {
-    layout: BindGroupLayoutDescriptor,
+    layout: GroupLayout,
     pass: ComputePass,
 }
 
@@ -92,28 +93,22 @@ fn init_temporal_pipeline(
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
 ) {
-    let source = || texture_2d(TextureSampleType::Float { filterable: false });
+    let source = || texture_2d(loaded());
     let target = || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
-    let layout = BindGroupLayoutDescriptor::new(
-        "gi/apply/temporal",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                uniform_buffer::<GpuTemporal>(false),
-                source(),
-                source(),
-                source(),
-                source(),
-                source(),
-                target(),
-                target(),
-                target(),
-            ),
-        ),
-    );
+    let layout = GroupLayout::new("gi/apply/temporal", ShaderStages::COMPUTE)
+        .with("temporal", uniform::<GpuTemporal>())
+        .with("new_diffuse", source())
+        .with("new_specular", source())
+        .with("old_diffuse", source())
+        .with("old_specular", source())
+        .with("old_surface", source())
+        .with("diffuse_target", target())
+        .with("specular_target", target())
+        .with("surface_target", target());
     let pass = ComputePass::new(
         &cache,
         "gi/apply/temporal",
+        block::TILE,
         &[&surface_layout(), &layout],
         load_embedded_asset!(server.as_ref(), "temporal.wgsl"),
         "accumulate",
@@ -169,21 +164,19 @@ pub(crate) fn prepare_history(
         uniform.write_buffer(&device, &queue);
         let [to, from] = [&frames[current], &frames[1 - current]];
         let [diffuse, specular] = indirect.result();
-        let bind_group = device.create_bind_group(
-            "gi/apply/temporal",
-            &cache.get_bind_group_layout(&pipeline.layout),
-            &BindGroupEntries::sequential((
-                &uniform,
-                &**diffuse,
-                &**specular,
-                &*from[0],
-                &*from[1],
-                &*from[2],
-                &*to[0],
-                &*to[1],
-                &*to[2],
-            )),
-        );
+        let bind_group = pipeline
+            .layout
+            .bind(&device, &cache)
+            .with("temporal", &uniform)
+            .with("new_diffuse", &**diffuse)
+            .with("new_specular", &**specular)
+            .with("old_diffuse", &*from[0])
+            .with("old_specular", &*from[1])
+            .with("old_surface", &*from[2])
+            .with("diffuse_target", &*to[0])
+            .with("specular_target", &*to[1])
+            .with("surface_target", &*to[2])
+            .build();
         commands.entity(entity).insert(ViewHistory {
             size: indirect.size,
             frames,
@@ -203,7 +196,7 @@ pub(crate) fn accumulate(
     let (surface, history, offset) = view.into_inner();
     let Some(pipeline) = pipeline else { return };
     let diagnostics = ctx.diagnostic_recorder();
-    let threads = history.size.extend(1);
+    let threads = Dispatch::Threads(history.size.extend(1));
     Recorder {
         encoder: ctx.command_encoder(),
         cache: &cache,
@@ -212,9 +205,6 @@ pub(crate) fn accumulate(
     .run_all(
         &pipeline.pass,
         Some(offset.offset),
-        [(
-            groups(threads, UVec3::new(8, 8, 1)),
-            [&surface.bind_group, &history.bind_group],
-        )],
+        [(threads, [&surface.bind_group, &history.bind_group])],
     );
 }

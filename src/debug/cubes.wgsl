@@ -2,7 +2,7 @@
 #define_import_path bevy_gi::debug::cubes
 
 #import bevy_gi::scene::types::Volume
-#import bevy_render::view::View
+#import bevy_render::view::{View, uv_to_ndc}
 
 // Twin of voxels.rs.
 struct VoxelView {
@@ -54,7 +54,7 @@ fn begin_cubes(position: vec2<f32>, shown: VoxelView, level: u32, volume: Volume
     let extent = vec3<f32>(volume.dims) * volume.voxel;
 
     let uv = (position - view.viewport.xy) / view.viewport.zw;
-    let ndc = uv * vec2(2.0, -2.0) + vec2(-1.0, 1.0);
+    let ndc = uv_to_ndc(uv);
     // Reverse-Z: 1 is the near plane.
     let near = view.world_from_clip * vec4(ndc, 1.0, 1.0);
     let far = view.world_from_clip * vec4(ndc, 0.5, 1.0);

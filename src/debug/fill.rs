@@ -7,6 +7,6 @@ use crate::gpu::compute::ComputePass;
 /// A compute pass that writes spheres, or marks, in each frame.
 pub(crate) struct FillPass {
     pub pass: ComputePass,
-    pub groups: UVec3,
+    pub threads: UVec3,
     pub bind_groups: Vec<BindGroup>,
 }

@@ -9,7 +9,7 @@ use bevy::{
     render::{
         Extract, ExtractSchedule, RenderApp, RenderStartup,
         camera::ExtractedCamera,
-        render_resource::{binding_types::*, *},
+        render_resource::*,
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
         view::{ExtractedView, ViewTarget, ViewUniformOffset},
     },
@@ -20,6 +20,7 @@ use crate::{
     gpu::{
         caps::supported,
         fullscreen::{FullscreenPass, camera_pass},
+        layout::{GroupLayout, storage_read, uniform},
     },
     scene::{
         bind_group::{SceneBindGroup, scene_layout},
@@ -44,7 +45,7 @@ struct GpuTiles {
 
 /// A place in a reflective shadow map. Twin of `Mark` in `types.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
-struct GpuMark {
+pub(crate) struct GpuMark {
     /// 0..1 over the map.
     uv: Vec2,
     /// Of a circle around it, in the same unit; 0: a point; negative: nothing.
@@ -91,7 +92,7 @@ fn marks_buffer(count: u32, device: &RenderDevice) -> Buffer {
 struct LightMapsPass {
     shadows: FullscreenPass,
     rsm: FullscreenPass,
-    tiles: BindGroupLayoutDescriptor,
+    tiles: GroupLayout,
     pipelines: SpecializedRenderPipelines<FullscreenPass>,
 }
 
@@ -120,25 +121,18 @@ impl Plugin for LightMapsViewPlugin {
 }
 
 fn init_pass(mut commands: Commands, server: Res<AssetServer>, fullscreen: Res<FullscreenShader>) {
-    let tiles = BindGroupLayoutDescriptor::new(
-        NAME,
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::FRAGMENT,
-            (
-                uniform_buffer::<GpuTiles>(false),
-                storage_buffer_read_only_sized(false, None),
-            ),
-        ),
-    );
+    let tiles = GroupLayout::new(NAME, ShaderStages::FRAGMENT)
+        .with("tiles", uniform::<GpuTiles>())
+        .with("marks", storage_read::<Vec<GpuMark>>());
     let shadows = FullscreenPass {
-        layout: vec![surface_layout(), scene_layout(), tiles.clone()],
+        layouts: vec![surface_layout(), scene_layout(), tiles.clone()],
         fullscreen: fullscreen.clone(),
         shader: load_embedded_asset!(server.as_ref(), "light_maps.wgsl"),
         shader_defs: Vec::new(),
         depth: None,
     };
     let mut rsm = shadows.clone();
-    rsm.layout.push(rsm_layout());
+    rsm.layouts.push(rsm_layout());
     rsm.shader_defs = light_maps::shader_defs();
     rsm.shader_defs.extend(GiView::shader_defs());
     rsm.shader_defs.push("RSM".into());
@@ -209,18 +203,19 @@ fn draw(
         marks: marks.iter().next().map_or(0, |marks| marks.count),
     });
     uniform.write_buffer(&device, &queue);
-    let group = device.create_bind_group(
-        NAME,
-        &cache.get_bind_group_layout(&pass.tiles),
-        &BindGroupEntries::sequential((
-            &uniform,
+    let group = pass
+        .tiles
+        .bind(&device, &cache)
+        .with("tiles", &uniform)
+        .with(
+            "marks",
             match marks.iter().next() {
                 Some(marks) => marks.marks.clone(),
                 None => marks_buffer(0, &device),
             }
             .as_entire_binding(),
-        )),
-    );
+        )
+        .build();
     let color = target.get_color_attachment();
     camera_pass(&mut ctx, NAME, camera, color, None, |pass| {
         pass.set_render_pipeline(pipeline);

@@ -9,6 +9,7 @@
 #import bevy_gi::scene::bindings::{light_depth, light_maps}
 #endif
 #import bevy_gi::surface::view
+#import bevy_render::maths::PI
 
 struct Tiles {
     // Maps; 0 if no light has any.
@@ -18,8 +19,6 @@ struct Tiles {
     // Marks in reflective shadow maps.
     marks: u32,
 }
-
-const PI: f32 = 3.14159265359;
 
 @group(2) @binding(0) var<uniform> tiles: Tiles;
 #ifdef RSM

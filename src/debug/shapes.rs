@@ -10,7 +10,7 @@ use bevy::{
     render::{
         RenderApp, RenderStartup,
         camera::ExtractedCamera,
-        render_resource::{binding_types::*, *},
+        render_resource::*,
         renderer::{RenderContext, RenderDevice, RenderGraph, ViewQuery},
         view::{ExtractedView, ViewDepthTexture, ViewTarget, ViewUniformOffset},
     },
@@ -21,8 +21,9 @@ use super::{GiDebugSettings, Painter, fill::FillPass, light_maps::DebugMarks};
 use crate::{
     gpu::{
         caps::supported,
-        compute::{Groups, Recorder},
+        compute::{Dispatch, Recorder},
         fullscreen::camera_pass,
+        layout::{GroupLayout, storage_read},
     },
     schedule::GiSystems,
     surface::{ViewSurface, surface_layout},
@@ -77,8 +78,8 @@ impl DebugShapes {
 
 #[derive(Resource)]
 struct ShapesPipeline {
-    surface: BindGroupLayoutDescriptor,
-    layout: BindGroupLayoutDescriptor,
+    surface: GroupLayout,
+    layout: GroupLayout,
     shader: Handle<Shader>,
     pipelines: SpecializedRenderPipelines<ShapesSpecializer>,
 }
@@ -152,13 +153,8 @@ impl Plugin for ShapesPlugin {
 fn init_pipeline(mut commands: Commands, server: Res<AssetServer>) {
     commands.insert_resource(ShapesPipeline {
         surface: surface_layout(),
-        layout: BindGroupLayoutDescriptor::new(
-            NAME,
-            &BindGroupLayoutEntries::single(
-                ShaderStages::VERTEX_FRAGMENT,
-                storage_buffer_read_only_sized(false, None),
-            ),
-        ),
+        layout: GroupLayout::new(NAME, ShaderStages::VERTEX_FRAGMENT)
+            .with("shapes", storage_read::<Vec<GpuShape>>()),
         shader: load_embedded_asset!(server.as_ref(), "shapes.wgsl"),
         pipelines: Default::default(),
     });
@@ -184,7 +180,7 @@ fn draw_shapes(
     let (extracted, target, depth, camera, surface, offset) = view.into_inner();
     let Some(mut pipeline) = pipeline else { return };
     let specializer = ShapesSpecializer {
-        layout: vec![pipeline.surface.clone(), pipeline.layout.clone()],
+        layout: vec![pipeline.surface.descriptor(), pipeline.layout.descriptor()],
         shader: pipeline.shader.clone(),
     };
     let id = pipeline
@@ -196,11 +192,11 @@ fn draw_shapes(
     let groups: Vec<_> = all
         .iter()
         .map(|shapes| {
-            let group = device.create_bind_group(
-                NAME,
-                &cache.get_bind_group_layout(&pipeline.layout),
-                &BindGroupEntries::single(shapes.shapes.as_entire_binding()),
-            );
+            let group = pipeline
+                .layout
+                .bind(&device, &cache)
+                .with("shapes", shapes.shapes.as_entire_binding())
+                .build();
             (group, shapes.count)
         })
         .collect();
@@ -233,6 +229,6 @@ fn fill_shapes(
     let marks = marks.iter().flat_map(|marks| &marks.fill);
     for fill in shapes.chain(marks) {
         let groups: Vec<_> = fill.bind_groups.iter().collect();
-        recorder.run(&fill.pass, Groups::Direct(fill.groups), &groups);
+        recorder.run(&fill.pass, Dispatch::Threads(fill.threads), &groups);
     }
 }

@@ -1,7 +1,7 @@
 // Spheres that show light from six sides, drawn as the squares around them.
 
 #import bevy_gi::debug::types::Shape
-#import bevy_gi::surface::view
+#import bevy_gi::surface::{orthographic, view}
 
 @group(1) @binding(0) var<storage, read> shapes: array<Shape>;
 
@@ -18,9 +18,8 @@ struct Fragment {
 
 // Before the eye, spheres shrink away: they would hide everything, cut by the near plane.
 fn visible_radius(shape: Shape) -> f32 {
-    let orthographic = view.clip_from_view[3].w == 1.0;
     let radii = distance(shape.center, view.world_position) / max(shape.radius, 1e-6);
-    return shape.radius * select(saturate(radii / 4.0 - 1.0), 1.0, orthographic);
+    return shape.radius * select(saturate(radii / 4.0 - 1.0), 1.0, orthographic());
 }
 
 @vertex
@@ -38,8 +37,7 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) index: u3
 @fragment
 fn fragment(in: Vertex) -> Fragment {
     let shape = shapes[in.index];
-    let orthographic = view.clip_from_view[3].w == 1.0;
-    let dir = normalize(select(in.world - view.world_position, -view.world_from_view[2].xyz, orthographic));
+    let dir = normalize(select(in.world - view.world_position, -view.world_from_view[2].xyz, orthographic()));
     let to_center = shape.center - in.world;
     let along = dot(to_center, dir);
     let radius = visible_radius(shape);

@@ -10,7 +10,7 @@ use bevy::{
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderStartup,
         camera::ExtractedCamera,
-        render_resource::{binding_types::*, *},
+        render_resource::*,
         renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery},
         texture::{CachedTexture, TextureCache},
         view::{ExtractedView, ViewTarget, ViewUniformOffset},
@@ -23,6 +23,7 @@ use crate::{
     gpu::{
         caps::supported,
         fullscreen::{FullscreenPass, camera_pass},
+        layout::{GroupLayout, storage_read, uniform},
     },
     scene::{
         bind_group::{SceneBindGroup, scene_layout},
@@ -64,12 +65,12 @@ struct VoxelViewPipelines(SpecializedRenderPipelines<FullscreenPass>);
 /// A pass of cells whose fragment shader has these groups from 2 on.
 pub(crate) fn voxel_view_pass(
     fullscreen: &FullscreenShader,
-    groups: &[BindGroupLayoutDescriptor],
+    groups: &[GroupLayout],
     shader: Handle<Shader>,
     shader_defs: Vec<ShaderDefVal>,
 ) -> Arc<FullscreenPass> {
     Arc::new(FullscreenPass {
-        layout: [&[surface_layout(), scene_layout()], groups].concat(),
+        layouts: [&[surface_layout(), scene_layout()], groups].concat(),
         fullscreen: fullscreen.clone(),
         shader,
         shader_defs: [GiView::shader_defs(), shader_defs].concat(),
@@ -97,7 +98,7 @@ pub(crate) fn voxel_view_uniform(
 #[derive(Resource)]
 struct SurfaceView {
     shader: Arc<FullscreenPass>,
-    layout: BindGroupLayoutDescriptor,
+    layout: GroupLayout,
 }
 
 /// A camera's buffer of distances.
@@ -155,14 +156,10 @@ fn init_surface_view(
     server: Res<AssetServer>,
     fullscreen: Res<FullscreenShader>,
 ) {
-    let read = || storage_buffer_read_only_sized(false, None);
-    let layout = BindGroupLayoutDescriptor::new(
-        NAME,
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::FRAGMENT,
-            (uniform_buffer::<GpuVoxelView>(false), read(), read()),
-        ),
-    );
+    let layout = GroupLayout::new(NAME, ShaderStages::FRAGMENT)
+        .with("shown", uniform::<GpuVoxelView>())
+        .with("brick_map", storage_read::<Vec<u32>>())
+        .with("pool", storage_read::<Vec<u32>>());
     let shader = load_embedded_asset!(server.as_ref(), "voxels.wgsl");
     commands.insert_resource(SurfaceView {
         shader: voxel_view_pass(
@@ -226,15 +223,13 @@ fn show_surfaces(
     let Some(view) = view else { return };
     let uniform = voxel_view_uniform(&debug, &device, &queue);
     for (entity, voxels, scene) in &volumes {
-        let own = device.create_bind_group(
-            NAME,
-            &cache.get_bind_group_layout(&view.layout),
-            &BindGroupEntries::sequential((
-                &uniform,
-                voxels.brick_map().as_entire_binding(),
-                voxels.pool().as_entire_binding(),
-            )),
-        );
+        let own = view
+            .layout
+            .bind(&device, &cache)
+            .with("shown", &uniform)
+            .with("brick_map", voxels.brick_map().as_entire_binding())
+            .with("pool", voxels.pool().as_entire_binding())
+            .build();
         commands.entity(entity).insert(VoxelView {
             name: NAME,
             shader: view.shader.clone(),

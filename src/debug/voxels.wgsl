@@ -15,7 +15,7 @@
 @group(2) @binding(2) var<storage, read> pool: array<u32>;
 
 // The surface in a voxel.
-fn load_voxel(voxel: vec3<u32>) -> Voxel {
+fn voxel_at(voxel: vec3<u32>) -> Voxel {
     let slot = brick_map[brick_index(voxel, volume.dims)];
     var none: Voxel;
     if slot == BRICK_EMPTY || slot >= BRICK_MARKED {
@@ -37,7 +37,7 @@ fn mean_voxel(cell: vec3<u32>, level: u32) -> Voxel {
         if width > 8u {
             at = vec3(i, 5u * i + i / width, 11u * i + i / width) % vec3(width);
         }
-        let v = load_voxel(cell * width + at);
+        let v = voxel_at(cell * width + at);
         if v.exists {
             sum.albedo += v.albedo;
             sum.normal += v.normal;

@@ -7,14 +7,22 @@ use bevy::{
     math::UVec3,
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderStartup,
-        render_resource::{binding_types::*, *},
+        render_resource::*,
         renderer::{RenderDevice, RenderQueue},
     },
 };
 
-use super::{GiDebugSettings, fill::FillPass, shapes::DebugShapes};
+use super::{
+    GiDebugSettings,
+    fill::FillPass,
+    shapes::{DebugShapes, GpuShape},
+};
 use crate::{
-    gpu::{caps::supported, compute::ComputePass},
+    gpu::{
+        caps::supported,
+        compute::{ComputePass, block},
+        layout::{GroupLayout, storage_write, uniform},
+    },
     scene::{
         light_maps::{self, SceneLightMaps, rsm_layout},
         needs::{NeedsKnown, SceneNeeds},
@@ -33,7 +41,7 @@ struct GpuShowVpls {
 #[derive(Resource)]
 struct VplsPass {
     pass: ComputePass,
-    layouts: [BindGroupLayoutDescriptor; 2],
+    layout: GroupLayout,
     /// Groups 1 and 2 of the pass.
     empty: BindGroup,
 }
@@ -71,28 +79,22 @@ fn init_pass(
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
 ) {
-    let own = BindGroupLayoutDescriptor::new(
-        NAME,
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                uniform_buffer::<GpuShowVpls>(false),
-                storage_buffer_sized(false, None),
-            ),
-        ),
-    );
-    let none = BindGroupLayoutDescriptor::new("gi/debug/none", &[]);
+    let own = GroupLayout::new(NAME, ShaderStages::COMPUTE)
+        .with("shown", uniform::<GpuShowVpls>())
+        .with("shapes", storage_write::<Vec<GpuShape>>());
+    let none = GroupLayout::new("gi/debug/none", ShaderStages::COMPUTE);
     commands.insert_resource(VplsPass {
         pass: ComputePass::new(
             &cache,
             NAME,
+            block::LINE,
             &[&own, &none, &none, &rsm_layout()],
             load_embedded_asset!(server.as_ref(), "vpls.wgsl"),
             "show_vpls",
             light_maps::shader_defs(),
         ),
-        empty: device.create_bind_group("gi/debug/none", &cache.get_bind_group_layout(&none), &[]),
-        layouts: [own, none],
+        empty: none.bind(&device, &cache).build(),
+        layout: own,
     });
 }
 
@@ -118,14 +120,15 @@ fn prepare(
     let mut uniform = UniformBuffer::from(GpuShowVpls { count });
     uniform.write_buffer(&device, &queue);
     let shapes = DebugShapes::new(count, before.map(|b| b.1), &device, |shapes| {
-        let own = device.create_bind_group(
-            NAME,
-            &cache.get_bind_group_layout(&pass.layouts[0]),
-            &BindGroupEntries::sequential((&uniform, shapes.as_entire_binding())),
-        );
+        let own = pass
+            .layout
+            .bind(&device, &cache)
+            .with("shown", &uniform)
+            .with("shapes", shapes.as_entire_binding())
+            .build();
         vec![FillPass {
             pass: pass.pass,
-            groups: UVec3::new(count.div_ceil(64), 1, 1),
+            threads: UVec3::new(count, 1, 1),
             bind_groups: vec![own, pass.empty.clone(), pass.empty.clone(), lookup.clone()],
         }]
     });

@@ -3,12 +3,11 @@
 #import bevy_gi::debug::types::Shape
 #import bevy_gi::scene::light_maps::lookup::vpls
 #import bevy_gi::scene::light_maps::types::vpl_normal
+#import bevy_render::maths::PI
 
 struct ShowVpls {
     count: u32,
 }
-
-const PI: f32 = 3.14159265359;
 
 @group(0) @binding(0) var<uniform> shown: ShowVpls;
 @group(0) @binding(1) var<storage, read_write> shapes: array<Shape>;

@@ -10,10 +10,12 @@ use bevy::{
     shader::{Shader, ShaderDefVal},
 };
 
+use super::layout::GroupLayout;
+
 /// A pass that replaces a picture. One pipeline for each format of the target.
 #[derive(Clone)]
 pub(crate) struct FullscreenPass {
-    pub layout: Vec<BindGroupLayoutDescriptor>,
+    pub layouts: Vec<GroupLayout>,
     pub fullscreen: FullscreenShader,
     /// Its entry point is `fragment`.
     pub shader: Handle<Shader>,
@@ -31,7 +33,7 @@ impl SpecializedRenderPipeline for FullscreenPass {
     fn specialize(&self, (name, format): Self::Key) -> RenderPipelineDescriptor {
         RenderPipelineDescriptor {
             label: Some(name.into()),
-            layout: self.layout.clone(),
+            layout: self.layouts.iter().map(GroupLayout::descriptor).collect(),
             vertex: self.fullscreen.to_vertex_state(),
             fragment: Some(FragmentState {
                 shader: self.shader.clone(),

@@ -4,6 +4,7 @@ pub(crate) mod caps;
 pub(crate) mod compute;
 mod diagnostics;
 pub(crate) mod fullscreen;
+pub(crate) mod layout;
 pub(crate) mod readback;
 pub(crate) mod statistics;
 
@@ -18,8 +19,10 @@ pub(crate) struct GpuPlugin;
 impl Plugin for GpuPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "basis.wgsl");
+        load_shader_library!(app, "color.wgsl");
         load_shader_library!(app, "pack.wgsl");
         load_shader_library!(app, "random.wgsl");
+        load_shader_library!(app, "row.wgsl");
         load_shader_library!(app, "sh.wgsl");
         app.add_plugins((statistics::StatisticsPlugin, diagnostics::DiagnosticsPlugin));
     }

@@ -12,13 +12,16 @@ use bevy::{
 };
 
 use super::{
-    light_maps::SceneLightMaps,
+    light_maps::{GpuLightMaps, SceneLightMaps},
     lights::{GpuLight, GpuLights, SceneLights},
     opacity::{OpacityTextures, SceneOpacity},
     sky::{GpuSky, SceneSky},
     volume::{ExtractedVolume, GpuVolume, with_volume},
 };
-use crate::schedule::GiPrepare;
+use crate::{
+    gpu::layout::{GroupLayout, filtered, storage_read, uniform},
+    schedule::GiPrepare,
+};
 
 /// Group 1, for a volume.
 #[derive(Component)]
@@ -41,6 +44,7 @@ impl Plugin for SceneBindGroupPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "types.wgsl");
         load_shader_library!(app, "bindings.wgsl");
+        load_shader_library!(app, "falloff.wgsl");
         load_shader_library!(app, "lights.wgsl");
         load_shader_library!(app, "sky.wgsl");
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
@@ -60,26 +64,22 @@ impl Plugin for SceneBindGroupPlugin {
 }
 
 /// Layout of group 1; `bindings.wgsl` is its twin.
-pub fn scene_layout() -> BindGroupLayoutDescriptor {
-    BindGroupLayoutDescriptor::new(
+pub fn scene_layout() -> GroupLayout {
+    GroupLayout::new(
         "gi/scene",
-        &BindGroupLayoutEntries::sequential(
-            // Debug views look it up, too.
-            ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
-            (
-                uniform_buffer::<GpuVolume>(false),
-                storage_buffer_read_only_sized(false, None),
-                storage_buffer_read_only_sized(false, None),
-                texture_2d_array(TextureSampleType::Depth),
-                sampler(SamplerBindingType::Comparison),
-                uniform_buffer::<GpuSky>(false),
-                texture_cube(TextureSampleType::Float { filterable: true }),
-                sampler(SamplerBindingType::Filtering),
-                texture_3d(TextureSampleType::Float { filterable: true }),
-                sampler(SamplerBindingType::Filtering),
-            ),
-        ),
+        // Debug views look it up, too.
+        ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
     )
+    .with("volume", uniform::<GpuVolume>())
+    .with("lights", storage_read::<GpuLights>())
+    .with("light_maps", storage_read::<GpuLightMaps>())
+    .with("light_depth", texture_2d_array(TextureSampleType::Depth))
+    .with("depth_sampler", sampler(SamplerBindingType::Comparison))
+    .with("sky", uniform::<GpuSky>())
+    .with("sky_map", texture_cube(filtered()))
+    .with("sky_sampler", sampler(SamplerBindingType::Filtering))
+    .with("opacity_cells", texture_3d(filtered()))
+    .with("opacity_sampler", sampler(SamplerBindingType::Filtering))
 }
 
 /// Brings the buffer of lights up to date, now that it is known which shadow maps each has.
@@ -150,26 +150,23 @@ fn prepare_scene_bind_groups(
     if volumes.is_empty() {
         return;
     }
-    let layout = cache.get_bind_group_layout(&scene_layout());
+    let layout = scene_layout();
     for (entity, volume, own) in &volumes {
         let mut uniform = UniformBuffer::from(volume.gpu());
         uniform.write_buffer(&device, &queue);
-        let bind_group = device.create_bind_group(
-            "gi/scene",
-            &layout,
-            &BindGroupEntries::sequential((
-                &uniform,
-                lights.clone(),
-                light_maps.clone(),
-                depth,
-                depth_sampler,
-                sky_uniform.clone(),
-                sky_map,
-                sky_sampler,
-                own.map_or(&opacity.none, |own| &own.view),
-                &opacity.sampler,
-            )),
-        );
+        let bind_group = layout
+            .bind(&device, &cache)
+            .with("volume", &uniform)
+            .with("lights", lights.clone())
+            .with("light_maps", light_maps.clone())
+            .with("light_depth", depth)
+            .with("depth_sampler", depth_sampler)
+            .with("sky", sky_uniform.clone())
+            .with("sky_map", sky_map)
+            .with("sky_sampler", sky_sampler)
+            .with("opacity_cells", own.map_or(&opacity.none, |own| &own.view))
+            .with("opacity_sampler", &opacity.sampler)
+            .build();
         commands.entity(entity).insert(SceneBindGroup(bind_group));
     }
 }

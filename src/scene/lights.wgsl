@@ -2,16 +2,10 @@
 #define_import_path bevy_gi::scene::lights
 
 #import bevy_gi::scene::bindings::{depth_sampler, light_depth, light_maps, lights, volume}
+#import bevy_gi::scene::falloff::{distance_attenuation, spot_attenuation}
 #import bevy_gi::scene::types::Light
-
-const PI: f32 = 3.14159265359;
-
-// Bevy's windowed inverse-square falloff (`getDistanceAttenuation`), 1/m^2.
-fn distance_attenuation(distance_squared: f32, range: f32) -> f32 {
-    let factor = distance_squared / max(range * range, 1e-4);
-    let window = saturate(1.0 - factor * factor);
-    return window * window / max(distance_squared, 1e-4);
-}
+#import bevy_render::maths::PI
+#import bevy_render::view::ndc_to_uv
 
 // Face of a cube map whose axis is nearest to `d`: +x -x +y -y +z -z.
 fn cube_face(d: vec3<f32>) -> i32 {
@@ -43,7 +37,7 @@ fn visibility(light: Light, p: vec3<f32>) -> f32 {
     }
     let clip = map.clip_from_world * vec4(p, 1.0);
     let ndc = clip.xyz / clip.w;
-    let uv = ndc.xy * vec2(0.5, -0.5) + 0.5;
+    let uv = ndc_to_uv(ndc.xy);
     if clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv > vec2(1.0)) || ndc.z <= 0.0 {
         // Beyond the map nothing is known to stand in the way.
         return 1.0;
@@ -79,8 +73,7 @@ fn irradiance_unshadowed(light: Light, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> 
     var attenuation = distance_attenuation(d2, light.range);
     if light.kind == #{LIGHT_SPOT}u {
         let c = dot(-l, light.direction);
-        let cone = saturate((c - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-4));
-        attenuation *= cone * cone;
+        attenuation *= spot_attenuation(c, light.cos_inner, light.cos_outer);
     }
     return light.color * saturate(dot(n, l)) * attenuation;
 }

@@ -6,7 +6,7 @@ use bevy::{
     asset::{AssetServer, embedded_asset, load_embedded_asset},
     core_pipeline::schedule::Core3d,
     ecs::prelude::*,
-    math::{Mat4, UVec2, UVec3},
+    math::{Mat4, UVec2},
     render::{
         Render, RenderApp, RenderStartup,
         camera::ExtractedCamera,
@@ -22,7 +22,8 @@ use crate::{
     camera::ExtractedGiCamera,
     gpu::{
         caps::supported,
-        compute::{ComputePass, Recorder, groups},
+        compute::{ComputePass, Dispatch, Recorder, block},
+        layout::{GroupLayout, storage_write},
         statistics::{GiStatistics, Tracked},
     },
     scene::needs::SceneNeeds,
@@ -31,8 +32,14 @@ use crate::{
 
 /// Pixels of the camera along each axis that share a texel.
 const DIVISOR: u32 = 4;
-/// Words of `CameraDepth` in `kept_depth.wgsl`.
-const WORDS: u64 = 20;
+
+/// The camera that saw it.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub(crate) struct GpuCameraDepth {
+    clip_from_world: Mat4,
+    /// 0 until there was a frame.
+    seen: u32,
+}
 
 /// What the first GI camera saw.
 #[derive(Resource)]
@@ -44,11 +51,11 @@ pub(crate) struct CameraDepth {
     camera_entity: Option<Entity>,
     /// `R32Float`, as Bevy has depth.
     pub texture: Tracked<TextureView>,
-    /// A `CameraDepth` of `kept_depth.wgsl`.
+    /// A [`GpuCameraDepth`].
     pub camera: Tracked<Buffer>,
     size: UVec2,
     pass: ComputePass,
-    layout: BindGroupLayoutDescriptor,
+    layout: GroupLayout,
     job: Option<(Entity, BindGroup)>,
 }
 
@@ -101,16 +108,12 @@ fn init(
     device: Res<RenderDevice>,
     statistics: Res<GiStatistics>,
 ) {
-    let layout = BindGroupLayoutDescriptor::new(
-        "gi/surface/keep_depth",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                texture_storage_2d(TextureFormat::R32Float, StorageTextureAccess::WriteOnly),
-                storage_buffer_sized(false, None),
-            ),
-        ),
-    );
+    let layout = GroupLayout::new("gi/surface/keep_depth", ShaderStages::COMPUTE)
+        .with(
+            "target_",
+            texture_storage_2d(TextureFormat::R32Float, StorageTextureAccess::WriteOnly),
+        )
+        .with("camera", storage_write::<GpuCameraDepth>());
     commands.insert_resource(CameraDepth {
         wanted: false,
         clip_from_world: None,
@@ -119,7 +122,7 @@ fn init(
         camera: statistics.storage_buffer(
             &device,
             "surface/depth_camera",
-            WORDS,
+            GpuCameraDepth::min_size().get() / 4,
             // Written here, read as a uniform.
             BufferUsages::UNIFORM,
         ),
@@ -127,6 +130,7 @@ fn init(
         pass: ComputePass::new(
             &cache,
             "gi/surface/keep_depth",
+            block::TILE,
             &[&surface_layout(), &layout],
             load_embedded_asset!(server.as_ref(), "depth.wgsl"),
             "keep_depth",
@@ -176,11 +180,12 @@ fn prepare(
         depth.texture = texture(size, &device, &statistics);
         depth.size = size;
     }
-    let group = device.create_bind_group(
-        "gi/surface/keep_depth",
-        &cache.get_bind_group_layout(&depth.layout),
-        &BindGroupEntries::sequential((&*depth.texture, depth.camera.as_entire_binding())),
-    );
+    let group = depth
+        .layout
+        .bind(&device, &cache)
+        .with("target_", &*depth.texture)
+        .with("camera", depth.camera.as_entire_binding())
+        .build();
     depth.job = Some((entity, group));
 }
 
@@ -195,11 +200,8 @@ fn keep_depth(
     let Some((_, group)) = depth.job.as_ref().filter(|(camera, _)| *camera == entity) else {
         return;
     };
-    let threads: UVec3 = depth.size.extend(1);
-    let run = (
-        groups(threads, UVec3::new(8, 8, 1)),
-        [&surface.bind_group, group],
-    );
+    let threads = Dispatch::Threads(depth.size.extend(1));
+    let run = (threads, [&surface.bind_group, group]);
     let diagnostics = ctx.diagnostic_recorder();
     Recorder {
         encoder: ctx.command_encoder(),

@@ -20,7 +20,13 @@ use bevy::{
 };
 
 use crate::{
-    camera::ExtractedGiCamera, gpu::caps::supported, schedule::GiPrepare, settings::GiTechnique,
+    camera::ExtractedGiCamera,
+    gpu::{
+        caps::supported,
+        layout::{GroupLayout, dynamic_uniform, loaded},
+    },
+    schedule::GiPrepare,
+    settings::GiTechnique,
 };
 
 /// Group 0 of a camera that shows global illumination this frame.
@@ -51,19 +57,15 @@ impl Plugin for SurfacePlugin {
 }
 
 /// Layout of group 0; `surface.wgsl` is its twin.
-pub(crate) fn surface_layout() -> BindGroupLayoutDescriptor {
-    BindGroupLayoutDescriptor::new(
+pub(crate) fn surface_layout() -> GroupLayout {
+    GroupLayout::new(
         "gi/surface",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE | ShaderStages::VERTEX_FRAGMENT,
-            (
-                uniform_buffer::<ViewUniform>(true),
-                texture_2d(TextureSampleType::Depth),
-                texture_2d(TextureSampleType::Uint),
-                texture_2d(TextureSampleType::Float { filterable: false }),
-            ),
-        ),
+        ShaderStages::COMPUTE | ShaderStages::VERTEX_FRAGMENT,
     )
+    .with("view", dynamic_uniform::<ViewUniform>())
+    .with("depth_texture", texture_2d(TextureSampleType::Depth))
+    .with("deferred_texture", texture_2d(TextureSampleType::Uint))
+    .with("motion_texture", texture_2d(loaded()))
 }
 
 /// Cameras that showed global illumination and do not any more.
@@ -92,7 +94,7 @@ pub(crate) fn prepare_surfaces(
     let Some(uniforms) = uniforms.uniforms.binding() else {
         return;
     };
-    let layout = cache.get_bind_group_layout(&surface_layout());
+    let layout = surface_layout();
     for (entity, gi, camera, textures) in &views {
         let technique = gi.technique;
         let prepass = textures.and_then(|t| {
@@ -112,11 +114,13 @@ pub(crate) fn prepare_surfaces(
             commands.entity(entity).remove::<ViewSurface>();
             continue;
         }
-        let bind_group = device.create_bind_group(
-            "gi/surface",
-            &layout,
-            &BindGroupEntries::sequential((uniforms.clone(), depth, deferred, motion)),
-        );
+        let bind_group = layout
+            .bind(&device, &cache)
+            .with("view", uniforms.clone())
+            .with("depth_texture", depth)
+            .with("deferred_texture", deferred)
+            .with("motion_texture", motion)
+            .build();
         commands.entity(entity).insert(ViewSurface {
             bind_group,
             size,

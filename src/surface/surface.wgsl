@@ -7,7 +7,7 @@
     },
     utils::{octahedral_decode, octahedral_encode},
 }
-#import bevy_render::view::View
+#import bevy_render::view::{View, uv_to_ndc}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var depth_texture: texture_depth_2d;
@@ -60,7 +60,7 @@ fn load_surface(pixel: vec2<u32>) -> Surface {
         return s;
     }
     let uv = (vec2<f32>(pixel) + 0.5) / view.viewport.zw;
-    let ndc = vec3(uv * vec2(2.0, -2.0) + vec2(-1.0, 1.0), z);
+    let ndc = vec3(uv_to_ndc(uv), z);
     let world = view.world_from_clip * vec4(ndc, 1.0);
     s.position = world.xyz / world.w;
     s.depth = -(view.view_from_world * vec4(s.position, 1.0)).z * metres_per_unit();
@@ -91,11 +91,16 @@ fn gathered_pixel(at: vec2<u32>, divisor: u32, full_size: vec2<u32>) -> vec2<u32
 // The point at distance `depth` along the view axis that `pixel` shows.
 fn position_at(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
     let uv = (vec2<f32>(pixel) + 0.5) / view.viewport.zw;
-    let near = view.view_from_clip * vec4(uv * vec2(2.0, -2.0) + vec2(-1.0, 1.0), 1.0, 1.0);
+    let near = view.view_from_clip * vec4(uv_to_ndc(uv), 1.0, 1.0);
     let on_near = near.xyz / near.w;
     let units = depth / metres_per_unit();
     let scale = select(units / -on_near.z, 1.0, orthographic());
     return (view.world_from_view * vec4(on_near.xy * scale, -units, 1.0)).xyz;
+}
+
+// The point that gathered pixel `at` shows at that distance along the view axis.
+fn gathered_point(at: vec2<i32>, depth: f32, divisor: u32, full_size: vec2<u32>) -> vec3<f32> {
+    return position_at(gathered_pixel(vec2<u32>(at), divisor, full_size), depth);
 }
 
 // What is kept of a surface in four half floats: the normal, and the depth as `m * 2^e`, so that its relative

@@ -19,7 +19,7 @@
 //!
 //! # The gather shader
 //!
-//! Workgroups of 8x8, one thread per gathered pixel. Bind groups:
+//! Workgroups of 8x8 ([`block::TILE`]), one thread per gathered pixel. Bind groups:
 //!
 //! | group | holds | WGSL module |
 //! |---|---|---|
@@ -33,7 +33,7 @@
 //!
 //! # The export shader
 //!
-//! Workgroups of 4x4x4, one thread per side of a probe's ambient cube. Bind groups:
+//! Workgroups of 4x4x4 ([`block::CUBE`]), one thread per side of a probe's ambient cube. Bind groups:
 //!
 //! | group | holds | WGSL module |
 //! |---|---|---|
@@ -51,7 +51,7 @@ use bevy::{
     asset::{AssetServer, Handle},
     ecs::{component::Mutable, prelude::*},
     render::{
-        render_resource::{BindGroup, BindGroupLayoutDescriptor, PipelineCache},
+        render_resource::{BindGroup, PipelineCache},
         renderer::{RenderDevice, RenderQueue},
     },
     shader::{Shader, ShaderDefVal},
@@ -70,7 +70,11 @@ use crate::{
 pub use crate::{
     gpu::{
         caps::DeviceNeeds,
-        compute::{ComputePass, Groups, Recorder, groups},
+        compute::{ComputePass, Dispatch, Recorder, block},
+        layout::{
+            Binding, GroupBuilder, GroupLayout, dynamic_uniform, filtered, loaded, storage_read,
+            storage_write, uniform,
+        },
         statistics::GiStatistics,
     },
     scene::{
@@ -111,7 +115,7 @@ pub trait Technique: Sized + Send + Sync + 'static {
     }
 
     /// Layout of group 2 of the gather and of the export: the cache.
-    fn cache_layout() -> BindGroupLayoutDescriptor;
+    fn cache_layout() -> GroupLayout;
 
     /// The gather shader.
     fn gather(server: &AssetServer) -> LookupShader;

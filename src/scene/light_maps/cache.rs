@@ -307,16 +307,15 @@ pub(super) fn prepare_bind_groups(
     }
     let all_texels = array_view(&surfaces.texels, 0, None);
     let all_flux = array_view(&surfaces.flux, 0, None);
-    this.rsm_bind_group = Some(device.create_bind_group(
-        "gi/scene/rsm",
-        &cache.get_bind_group_layout(&rsm_layout()),
-        &BindGroupEntries::sequential((
-            gpu.clone(),
-            &all_texels,
-            &all_flux,
-            surfaces.vpls.as_entire_binding(),
-        )),
-    ));
+    this.rsm_bind_group = Some(
+        rsm_layout()
+            .bind(&device, &cache)
+            .with("maps", gpu.clone())
+            .with("texels", &all_texels)
+            .with("flux", &all_flux)
+            .with("vpls", surfaces.vpls.as_entire_binding())
+            .build(),
+    );
     let resolve: Vec<_> = this
         .maps
         .drawn_now()
@@ -324,18 +323,16 @@ pub(super) fn prepare_bind_groups(
             let map = number as u32;
             let mut uniform = UniformBuffer::from(GpuMapResolve { map });
             uniform.write_buffer(&device, &queue);
-            device.create_bind_group(
-                "gi/scene/rsm_resolve",
-                &cache.get_bind_group_layout(&pipelines.resolve_layout),
-                &BindGroupEntries::sequential((
-                    &uniform,
-                    gpu.clone(),
-                    &depth.each[tile.page as usize],
-                    &*surfaces.gbuffer,
-                    &page_view(&surfaces.texels, tile.page),
-                    &page_view(&surfaces.flux, tile.page),
-                )),
-            )
+            pipelines
+                .resolve_layout
+                .bind(&device, &cache)
+                .with("resolve_", &uniform)
+                .with("maps", gpu.clone())
+                .with("depth_texture", &depth.each[tile.page as usize])
+                .with("deferred_texture", &*surfaces.gbuffer)
+                .with("texels", &page_view(&surfaces.texels, tile.page))
+                .with("flux", &page_view(&surfaces.flux, tile.page))
+                .build()
         })
         .collect();
     // Without a new map, the sums are still those of before.
@@ -343,14 +340,12 @@ pub(super) fn prepare_bind_groups(
     let levels = if resolve.is_empty() { 0 } else { side.ilog2() };
     let sum = (1..=levels)
         .map(|level| {
-            let group = device.create_bind_group(
-                "gi/scene/rsm_sum",
-                &cache.get_bind_group_layout(&pipelines.sum_layout),
-                &BindGroupEntries::sequential((
-                    &array_view(&surfaces.flux, level - 1, Some(1)),
-                    &array_view(&surfaces.flux, level, Some(1)),
-                )),
-            );
+            let group = pipelines
+                .sum_layout
+                .bind(&device, &cache)
+                .with("finer", &array_view(&surfaces.flux, level - 1, Some(1)))
+                .with("coarser", &array_view(&surfaces.flux, level, Some(1)))
+                .build();
             let side = side >> level;
             (UVec3::new(side, side, surfaces.shape.drawn.pages), group)
         })
@@ -360,19 +355,17 @@ pub(super) fn prepare_bind_groups(
         share: this.share as u32,
     });
     uniform.write_buffer(&device, &queue);
-    let vpls = device.create_bind_group(
-        "gi/scene/rsm_vpls",
-        &cache.get_bind_group_layout(&pipelines.vpls_layout),
-        &BindGroupEntries::sequential((
-            &uniform,
-            gpu,
-            &all_texels,
-            &all_flux,
-            surfaces.vpls.as_entire_binding(),
-            surfaces.sums.as_entire_binding(),
-            weights,
-        )),
-    );
+    let vpls = pipelines
+        .vpls_layout
+        .bind(&device, &cache)
+        .with("vpls_", &uniform)
+        .with("maps", gpu)
+        .with("texels", &all_texels)
+        .with("flux", &all_flux)
+        .with("vpls", surfaces.vpls.as_entire_binding())
+        .with("sums", surfaces.sums.as_entire_binding())
+        .with("weights", weights)
+        .build();
     this.job = Some(SurfaceJob {
         resolve,
         sum,

@@ -64,6 +64,7 @@ mod views;
 
 pub use cache::SceneLightMaps;
 pub(crate) use pipelines::{rsm_layout, shader_defs};
+pub(crate) use types::GpuLightMaps;
 
 use bevy::{
     app::{App, Plugin},

@@ -16,7 +16,7 @@ use super::{
     pipelines::{DepthCapture, LightMapPipelines, SurfaceCapture},
 };
 use crate::{
-    gpu::compute::{Groups, Recorder, groups},
+    gpu::compute::{Dispatch, Recorder},
     scene::capture::{CaptureKind, CapturePhases, CaptureViews},
 };
 
@@ -118,7 +118,6 @@ pub(super) fn draw_surfaces(
     };
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
-    let block = UVec3::new(8, 8, 1);
     // One after the other: they share a G-buffer.
     for ((_, map, tile), resolve) in maps.maps.drawn_now().zip(&job.resolve) {
         let page = &depth.each[tile.page as usize];
@@ -168,7 +167,7 @@ pub(super) fn draw_surfaces(
         }
         .run(
             &pipelines.resolve,
-            groups(UVec3::new(size, size, 1), block),
+            Dispatch::Threads(UVec3::new(size, size, 1)),
             &[resolve],
         );
     }
@@ -178,19 +177,19 @@ pub(super) fn draw_surfaces(
         diagnostics,
     };
     let levels = job.sum.iter();
-    let levels = levels.map(|(threads, group)| (groups(*threads, block), [group]));
+    let levels = levels.map(|(threads, group)| (Dispatch::Threads(*threads), [group]));
     if !job.sum.is_empty() {
         record.run_all(&pipelines.sum, None, levels);
     }
     let [count, volumes] = job.vpl_count.to_array();
     record.run(
         &pipelines.weigh,
-        Groups::Direct(UVec3::new(volumes, 1, 1)),
+        Dispatch::Workgroups(UVec3::new(volumes, 1, 1)),
         &[&job.vpls],
     );
     record.run(
         &pipelines.vpls,
-        groups(UVec3::new(count, volumes, 1), UVec3::new(64, 1, 1)),
+        Dispatch::Threads(UVec3::new(count, volumes, 1)),
         &[&job.vpls],
     );
 }

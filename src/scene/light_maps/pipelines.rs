@@ -19,9 +19,12 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::types::{GpuLightMaps, GpuMapResolve, GpuVpls};
+use super::types::{GpuLightMaps, GpuMapResolve, GpuVpl, GpuVpls};
 use crate::{
-    gpu::compute::ComputePass,
+    gpu::{
+        compute::{ComputePass, block},
+        layout::{GroupLayout, loaded, storage_read, storage_write, uniform},
+    },
     scene::{
         capture::{CaptureKind, CapturePhase, CapturePipeline, PrepassPipelines},
         lights,
@@ -92,9 +95,9 @@ impl CaptureKind for SurfaceCapture {
 /// Pipelines and layouts.
 #[derive(Resource)]
 pub(crate) struct LightMapPipelines {
-    pub resolve_layout: BindGroupLayoutDescriptor,
-    pub sum_layout: BindGroupLayoutDescriptor,
-    pub vpls_layout: BindGroupLayoutDescriptor,
+    pub resolve_layout: GroupLayout,
+    pub sum_layout: GroupLayout,
+    pub vpls_layout: GroupLayout,
     /// Empties a tile of depth: a render pass can only clear all of a page.
     pub clear: CachedRenderPipelineId,
     pub resolve: ComputePass,
@@ -123,21 +126,16 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
 }
 
 /// Layout of group 3 of whoever reads surfaces or virtual point lights; `lookup.wgsl` is its twin.
-pub(crate) fn rsm_layout() -> BindGroupLayoutDescriptor {
-    let read = || storage_buffer_read_only_sized(false, None);
-    BindGroupLayoutDescriptor::new(
+pub(crate) fn rsm_layout() -> GroupLayout {
+    GroupLayout::new(
         "gi/scene/rsm",
-        &BindGroupLayoutEntries::sequential(
-            // Debug views look them up, too.
-            ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
-            (
-                read(),
-                texture_2d_array(TextureSampleType::Uint),
-                texture_2d_array(TextureSampleType::Float { filterable: false }),
-                read(),
-            ),
-        ),
+        // Debug views look them up, too.
+        ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
     )
+    .with("maps", storage_read::<GpuLightMaps>())
+    .with("texels", texture_2d_array(TextureSampleType::Uint))
+    .with("flux", texture_2d_array(loaded()))
+    .with("vpls", storage_read::<Vec<GpuVpl>>())
 }
 
 pub(super) fn init_pipelines(
@@ -145,52 +143,36 @@ pub(super) fn init_pipelines(
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
 ) {
-    let maps = || storage_buffer_read_only::<GpuLightMaps>(false);
     let texels = || texture_2d_array(TextureSampleType::Uint);
-    let flux = || texture_2d_array(TextureSampleType::Float { filterable: false });
+    let flux = || texture_2d_array(loaded());
     let written = StorageTextureAccess::WriteOnly;
     let compute = ShaderStages::COMPUTE;
-    let resolve_layout = BindGroupLayoutDescriptor::new(
-        "gi/scene/rsm_resolve",
-        &BindGroupLayoutEntries::sequential(
-            compute,
-            (
-                uniform_buffer::<GpuMapResolve>(false),
-                maps(),
-                texture_2d(TextureSampleType::Depth),
-                texture_2d(TextureSampleType::Uint),
-                texture_storage_2d(TextureFormat::Rgba32Uint, written),
-                texture_storage_2d(TextureFormat::R32Float, written),
-            ),
-        ),
-    );
-    let sum_layout = BindGroupLayoutDescriptor::new(
-        "gi/scene/rsm_sum",
-        &BindGroupLayoutEntries::sequential(
-            compute,
-            (
-                flux(),
-                texture_storage_2d_array(TextureFormat::R32Float, written),
-            ),
-        ),
-    );
-    let vpls_layout = BindGroupLayoutDescriptor::new(
-        "gi/scene/rsm_vpls",
-        &BindGroupLayoutEntries::sequential(
-            compute,
-            (
-                uniform_buffer::<GpuVpls>(false),
-                maps(),
-                texels(),
-                flux(),
-                storage_buffer_sized(false, None),
-                storage_buffer_sized(false, None),
-                storage_buffer_read_only_sized(false, None),
-            ),
-        ),
-    );
-    let pass = |name, layout: &BindGroupLayoutDescriptor, shader, entry| {
-        ComputePass::new(&cache, name, &[layout], shader, entry, shader_defs())
+    let resolve_layout = GroupLayout::new("gi/scene/rsm_resolve", compute)
+        .with("resolve_", uniform::<GpuMapResolve>())
+        .with("maps", storage_read::<GpuLightMaps>())
+        .with("depth_texture", texture_2d(TextureSampleType::Depth))
+        .with("deferred_texture", texture_2d(TextureSampleType::Uint))
+        .with(
+            "texels",
+            texture_storage_2d(TextureFormat::Rgba32Uint, written),
+        )
+        .with("flux", texture_storage_2d(TextureFormat::R32Float, written));
+    let sum_layout = GroupLayout::new("gi/scene/rsm_sum", compute)
+        .with("finer", flux())
+        .with(
+            "coarser",
+            texture_storage_2d_array(TextureFormat::R32Float, written),
+        );
+    let vpls_layout = GroupLayout::new("gi/scene/rsm_vpls", compute)
+        .with("vpls_", uniform::<GpuVpls>())
+        .with("maps", storage_read::<GpuLightMaps>())
+        .with("texels", texels())
+        .with("flux", flux())
+        .with("vpls", storage_write::<Vec<GpuVpl>>())
+        .with("sums", storage_write::<Vec<f32>>())
+        .with("weights", storage_read::<Vec<f32>>());
+    let pass = |name, block, layout: &GroupLayout, shader, entry| {
+        ComputePass::new(&cache, name, block, &[layout], shader, entry, shader_defs())
     };
     let server = server.as_ref();
     let clear = cache.queue_render_pipeline(RenderPipelineDescriptor {
@@ -213,24 +195,28 @@ pub(super) fn init_pipelines(
         clear,
         resolve: pass(
             "gi/scene/rsm_resolve",
+            block::TILE,
             &resolve_layout,
             load_embedded_asset!(server, "resolve.wgsl"),
             "resolve",
         ),
         sum: pass(
             "gi/scene/rsm_sum",
+            block::TILE,
             &sum_layout,
             load_embedded_asset!(server, "sum.wgsl"),
             "sum",
         ),
         weigh: pass(
             "gi/scene/rsm_weigh",
+            block::LINE,
             &vpls_layout,
             load_embedded_asset!(server, "vpls.wgsl"),
             "weigh",
         ),
         vpls: pass(
             "gi/scene/rsm_vpls",
+            block::LINE,
             &vpls_layout,
             load_embedded_asset!(server, "vpls.wgsl"),
             "choose",

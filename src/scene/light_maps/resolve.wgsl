@@ -1,8 +1,10 @@
 // Turns the G-buffer that a light sees into surfaces, the texels of its reflective shadow map.
 
+#import bevy_gi::gpu::color::luminance
 #import bevy_gi::gpu::pack::pack_normal
-#import bevy_gi::scene::types::{LightMap, LightMaps}
+#import bevy_gi::scene::falloff::{range_window, spot_attenuation}
 #import bevy_gi::scene::light_maps::types::{map_position, surface_uv}
+#import bevy_gi::scene::types::{LightMap, LightMaps}
 #import bevy_pbr::{
     pbr_deferred_types::{
         DEFERRED_FLAGS_UNLIT_BIT, unpack_24bit_normal, unpack_flags, unpack_unorm4x8_,
@@ -21,13 +23,6 @@ struct MapResolve {
 @group(0) @binding(3) var deferred_texture: texture_2d<u32>;
 @group(0) @binding(4) var texels: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(5) var flux: texture_storage_2d<r32float, write>;
-
-// Bevy's windowed falloff without its inverse square, which the texels' solid angle has.
-fn window(distance: f32, range: f32) -> f32 {
-    let factor = distance * distance / max(range * range, 1e-4);
-    let w = saturate(1.0 - factor * factor);
-    return w * w;
-}
 
 // Whether a surface's light is counted here. Not that of surfaces far from the volume, which only throw their shadow into it;
 // and where maps of a sun overlap, that of the finest, which come first.
@@ -125,11 +120,10 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         let side = 2.0 * uv - 1.0;
         let axis = map_position(map, vec2(0.5), z) - map.position;
         let c = saturate(dot(normalize(axis), -to_light));
-        arrives = c * c * c * window(distance, map.range);
+        arrives = c * c * c * range_window(distance * distance, map.range);
         let cosine = dot(-to_light, map.direction);
         if map.kind == #{LIGHT_SPOT}u {
-            let cone = saturate((cosine - map.cos_outer) / max(map.cos_inner - map.cos_outer, 1e-4));
-            arrives *= cone * cone;
+            arrives *= spot_attenuation(cosine, map.cos_inner, map.cos_outer);
         }
         if map.kind == #{LIGHT_RECT}u {
             // From afar, it shows less of its area to the side.
@@ -150,6 +144,5 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     );
     textureStore(texels, texel, words);
     // Without the colour of the light, which may change without a new map.
-    let strength = dot(albedo, vec3(0.2126, 0.7152, 0.0722));
-    textureStore(flux, texel, vec4(arrives * strength * map.flux_scale));
+    textureStore(flux, texel, vec4(arrives * luminance(albedo) * map.flux_scale));
 }

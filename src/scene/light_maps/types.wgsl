@@ -1,10 +1,12 @@
 // Surfaces that a light sees, and the virtual point lights chosen from them. Twin of types.rs.
 #define_import_path bevy_gi::scene::light_maps::types
 
+#import bevy_gi::gpu::color::luminance
 #import bevy_gi::gpu::pack::unpack_normal
 #import bevy_gi::scene::types::LightMap
 #import bevy_pbr::utils::{octahedral_decode, octahedral_encode}
 #import bevy_pbr::rgb9e5::rgb9e5_to_vec3_
+#import bevy_render::view::uv_to_ndc
 
 struct Vpl {
     position: vec3<f32>,
@@ -23,14 +25,12 @@ struct LitSurface {
     albedo: vec3<f32>,
 }
 
-const LUMINANCE: vec3<f32> = vec3(0.2126, 0.7152, 0.0722);
-
 // Luminous flux of what the surfaces in a map reflect, lumens, from the top of its tile's mip chain: its light's colour is
 // not yet in the texture.
 fn luminous_flux(map: LightMap, flux: texture_2d_array<f32>) -> f32 {
     let level = firstTrailingBit(map.size);
     let top = textureLoad(flux, map.origin >> vec2(level), map.page, level).x;
-    return select(0.0, top * dot(map.color, LUMINANCE), map.drawn != 0u);
+    return select(0.0, top * luminance(map.color), map.drawn != 0u);
 }
 
 // The normal of a virtual point light, and the number of its map.
@@ -50,7 +50,7 @@ fn vpl_map(vpl: Vpl) -> u32 {
 
 // World position of a point of a map.
 fn map_position(map: LightMap, uv: vec2<f32>, z: f32) -> vec3<f32> {
-    let ndc = vec3(uv * vec2(2.0, -2.0) + vec2(-1.0, 1.0), z);
+    let ndc = vec3(uv_to_ndc(uv), z);
     let world = map.world_from_clip * vec4(ndc, 1.0);
     return world.xyz / world.w;
 }

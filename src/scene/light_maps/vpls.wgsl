@@ -1,18 +1,18 @@
 // Virtual point lights of each volume: each finds a texel with a probability in proportion to its luminous flux, among those
 // of all lights or of its own, the more the nearer the light is to the volume.
 
+#import bevy_gi::gpu::color::luminance
+#import bevy_gi::gpu::row::{LANES, row_groups}
 #import bevy_gi::scene::types::LightMaps
 #import bevy_gi::scene::light_maps::types::{
-    LUMINANCE, Vpl, luminous_flux, pack_vpl_normal, texel_area, unpack_lit_surface,
+    Vpl, luminous_flux, pack_vpl_normal, texel_area, unpack_lit_surface,
 }
+#import bevy_render::maths::PI
 
 struct Vpls {
     count: u32,
     share: u32,
 }
-
-const PI: f32 = 3.14159265359;
-const LANES: u32 = 64u;
 
 @group(0) @binding(0) var<uniform> vpls_: Vpls;
 @group(0) @binding(1) var<storage, read> maps: LightMaps;
@@ -54,7 +54,7 @@ var<workgroup> totals: array<f32, LANES>;
 @compute @workgroup_size(LANES)
 fn weigh(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let volume = group.x;
-    let each = (maps.count + LANES - 1u) / LANES;
+    let each = row_groups(maps.count);
     let first = lane * each;
     let end = min(first + each, maps.count);
     var sum = 0.0;
@@ -142,7 +142,7 @@ fn choose(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let words = textureLoad(texels, map.origin + at, map.page, 0);
     let texel = unpack_lit_surface(map, at, words);
-    let luminous = dot(texel.flux, LUMINANCE);
+    let luminous = luminance(texel.flux);
     if !texel.exists || !(luminous > 0.0) {
         vpls[index] = none;
         return;

@@ -170,33 +170,30 @@ impl SceneOpacity {
             uniform.write_buffer(device, queue);
             uniform
         };
-        let clear = device.create_bind_group(
-            "gi/scene/clear_opacity",
-            &cache.get_bind_group_layout(&pipelines.clear_layout),
-            &BindGroupEntries::sequential((&uniform(0), &view(0))),
-        );
-        let finest = device.create_bind_group(
-            "gi/scene/opacity_voxels",
-            &cache.get_bind_group_layout(&pipelines.voxels_layout),
-            &BindGroupEntries::sequential((
-                &uniform(0),
-                &view(0),
-                voxels.brick_list.as_entire_binding(),
-                voxels.pool.as_entire_binding(),
-                voxels.counters.as_entire_binding(),
-            )),
-        );
+        let clear = pipelines
+            .clear_layout
+            .bind(device, cache)
+            .with("level", &uniform(0))
+            .with("destination", &view(0))
+            .build();
+        let finest = pipelines
+            .voxels_layout
+            .bind(device, cache)
+            .with("level", &uniform(0))
+            .with("destination", &view(0))
+            .with("pool", voxels.pool.as_entire_binding())
+            .with("brick_list", voxels.brick_list.as_entire_binding())
+            .with("counters", voxels.counters.as_entire_binding())
+            .build();
         let cells = (1..self.levels)
             .map(|level| {
-                device.create_bind_group(
-                    "gi/scene/opacity_cells",
-                    &cache.get_bind_group_layout(&pipelines.cells_layout),
-                    &BindGroupEntries::sequential((
-                        &uniform(level as usize),
-                        &view(level),
-                        &view(level - 1),
-                    )),
-                )
+                pipelines
+                    .cells_layout
+                    .bind(device, cache)
+                    .with("level", &uniform(level as usize))
+                    .with("destination", &view(level))
+                    .with("finer", &view(level - 1))
+                    .build()
             })
             .collect();
         self.job = Some(OpacityJob {

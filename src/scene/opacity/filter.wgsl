@@ -1,7 +1,11 @@
 // Voxels into cells of 2x2x2, and cells into coarser ones.
 
 #import bevy_gi::scene::opacity::cells::{coverage, facing, row}
-#import bevy_gi::scene::voxels::types::{BRICK_VOXELS, WORDS, brick_coords, local_index, unpack_voxel}
+#ifdef VOXELS
+#import bevy_gi::gpu::row::{LANES, row_index}
+#import bevy_gi::scene::voxels::pool::load_voxel
+#import bevy_gi::scene::voxels::types::{BRICK_VOXELS, brick_coords, local_index}
+#endif
 
 struct OpacityLevel {
     cells: vec3<u32>,
@@ -41,14 +45,13 @@ fn clear_opacity(@builtin(global_invocation_id) cell: vec3<u32>) {
 #endif
 
 #ifdef VOXELS
-@group(0) @binding(2) var<storage, read> brick_list: array<u32>;
-@group(0) @binding(3) var<storage, read> pool: array<u32>;
+@group(0) @binding(3) var<storage, read> brick_list: array<u32>;
 @group(0) @binding(4) var<storage, read> counters: array<u32>;
 
 // One thread a cell of level 0, of which a brick has 8.
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn filter_voxels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let i = (group.y * #{ARGUMENT_ROW}u + group.x) * 64u + lane;
+    let i = row_index(group, lane);
     let slot = i / 8u;
     if slot >= min(counters[#{COUNTER_BRICKS}u], arrayLength(&brick_list)) {
         return;
@@ -59,8 +62,7 @@ fn filter_voxels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
     var two_sided: array<bool, 8>;
     for (var v = 0u; v < 8u; v++) {
         let at = cell * 2u + vec3(v & 1u, (v >> 1u) & 1u, v >> 2u);
-        let words = (slot * BRICK_VOXELS + local_index(at)) * WORDS;
-        let voxel = unpack_voxel(vec3(pool[words], pool[words + 1u], pool[words + 2u]));
+        let voxel = load_voxel(slot * BRICK_VOXELS + local_index(at));
         // Without a normal, nothing is covered.
         normal[v] = select(vec3(0.0), voxel.normal, voxel.exists);
         two_sided[v] = voxel.two_sided;

@@ -2,13 +2,12 @@
 
 use bevy::{
     ecs::prelude::*,
-    math::UVec3,
     render::{render_resource::PipelineCache, renderer::RenderContext},
 };
 
 use super::{cache::SceneOpacity, pipelines::OpacityPipelines};
 use crate::{
-    gpu::compute::{Groups, Recorder, groups},
+    gpu::compute::{Dispatch, Recorder},
     scene::voxels::{SceneVoxels, argument},
 };
 
@@ -21,7 +20,6 @@ pub(super) fn filter_opacity(
 ) {
     let Some(pipelines) = pipelines else { return };
     let diagnostics = ctx.diagnostic_recorder();
-    let block = UVec3::splat(4);
     for (opacity, voxels) in &volumes {
         let Some(job) = &opacity.job else { continue };
         let mut record = Recorder {
@@ -29,11 +27,12 @@ pub(super) fn filter_opacity(
             cache: &cache,
             diagnostics: diagnostics.as_deref(),
         };
-        record.run(&pipelines.clear, groups(job.sizes[0], block), &[&job.clear]);
-        let per_cell = Groups::Indirect(&voxels.arguments, 4 * u64::from(argument::CELLS));
+        let finest = Dispatch::Threads(job.sizes[0]);
+        record.run(&pipelines.clear, finest, &[&job.clear]);
+        let per_cell = Dispatch::Indirect(&voxels.arguments, 4 * u64::from(argument::CELLS));
         record.run(&pipelines.voxels, per_cell, &[&job.voxels]);
         let levels = job.sizes[1..].iter().zip(&job.cells);
-        let levels = levels.map(|(size, group)| (groups(*size, block), [group]));
+        let levels = levels.map(|(size, group)| (Dispatch::Threads(*size), [group]));
         record.run_all(&pipelines.cells, None, levels);
     }
 }

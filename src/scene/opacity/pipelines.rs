@@ -7,7 +7,13 @@ use bevy::{
 };
 
 use super::types::GpuOpacityLevel;
-use crate::{gpu::compute::ComputePass, scene::voxels::shader_defs};
+use crate::{
+    gpu::{
+        compute::{ComputePass, block},
+        layout::{GroupLayout, loaded, storage_read, uniform},
+    },
+    scene::voxels::shader_defs,
+};
 
 /// Format of all levels.
 pub(super) const FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
@@ -15,9 +21,9 @@ pub(super) const FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
 /// Pipelines and layouts.
 #[derive(Resource)]
 pub(crate) struct OpacityPipelines {
-    pub clear_layout: BindGroupLayoutDescriptor,
-    pub voxels_layout: BindGroupLayoutDescriptor,
-    pub cells_layout: BindGroupLayoutDescriptor,
+    pub clear_layout: GroupLayout,
+    pub voxels_layout: GroupLayout,
+    pub cells_layout: GroupLayout,
     pub clear: ComputePass,
     pub voxels: ComputePass,
     pub cells: ComputePass,
@@ -35,49 +41,46 @@ pub(super) fn init_opacity_pipelines(
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
 ) {
-    let read = || storage_buffer_read_only_sized(false, None);
-    let level = || uniform_buffer::<GpuOpacityLevel>(false);
     let written = || texture_storage_3d(FORMAT, StorageTextureAccess::WriteOnly);
-    let compute = ShaderStages::COMPUTE;
-    let clear_layout = BindGroupLayoutDescriptor::new(
-        "gi/scene/clear_opacity",
-        &BindGroupLayoutEntries::sequential(compute, (level(), written())),
-    );
-    let voxels_layout = BindGroupLayoutDescriptor::new(
-        "gi/scene/opacity_voxels",
-        &BindGroupLayoutEntries::sequential(compute, (level(), written(), read(), read(), read())),
-    );
-    let cells_layout = BindGroupLayoutDescriptor::new(
-        "gi/scene/opacity_cells",
-        &BindGroupLayoutEntries::sequential(
-            compute,
-            (
-                level(),
-                written(),
-                texture_3d(TextureSampleType::Float { filterable: false }),
-            ),
-        ),
-    );
-    let pass = |name, layout: &BindGroupLayoutDescriptor, entry, def: &str| {
+    let layout = |name| {
+        GroupLayout::new(name, ShaderStages::COMPUTE)
+            .with("level", uniform::<GpuOpacityLevel>())
+            .with("destination", written())
+    };
+    let clear_layout = layout("gi/scene/clear_opacity");
+    let voxels_layout = layout("gi/scene/opacity_voxels")
+        .with("pool", storage_read::<Vec<u32>>())
+        .with("brick_list", storage_read::<Vec<u32>>())
+        .with("counters", storage_read::<Vec<u32>>());
+    let cells_layout = layout("gi/scene/opacity_cells").with("finer", texture_3d(loaded()));
+    let pass = |name, block, layout: &GroupLayout, entry, def: &str| {
         let shader = load_embedded_asset!(server.as_ref(), "filter.wgsl");
         let mut defs = shader_defs();
         defs.push(def.into());
-        ComputePass::new(&cache, name, &[layout], shader, entry, defs)
+        ComputePass::new(&cache, name, block, &[layout], shader, entry, defs)
     };
     commands.insert_resource(OpacityPipelines {
         clear: pass(
             "gi/scene/clear_opacity",
+            block::CUBE,
             &clear_layout,
             "clear_opacity",
             "CLEAR",
         ),
         voxels: pass(
-            "gi/scene/opacity",
+            "gi/scene/opacity_voxels",
+            block::LINE,
             &voxels_layout,
             "filter_voxels",
             "VOXELS",
         ),
-        cells: pass("gi/scene/opacity", &cells_layout, "filter_cells", "CELLS"),
+        cells: pass(
+            "gi/scene/opacity_cells",
+            block::CUBE,
+            &cells_layout,
+            "filter_cells",
+            "CELLS",
+        ),
         clear_layout,
         voxels_layout,
         cells_layout,

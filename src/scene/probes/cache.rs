@@ -328,29 +328,25 @@ pub(crate) fn prepare_probes(
             pins: pins.len() as u32,
         });
         uniform.write_buffer(&device, &queue);
-        let look = device.create_bind_group(
-            "gi/scene/place_probes",
-            &cache.get_bind_group_layout(&pipelines.look_layout),
-            &BindGroupEntries::sequential((
-                voxels.brick_map().as_entire_binding(),
-                voxels.occupancy.as_entire_binding(),
-                voxels.pool.as_entire_binding(),
-                &uniform,
-                probes.offsets.as_entire_binding(),
-                probes.hits.as_entire_binding(),
-                &probes.places,
-            )),
-        );
+        let look = pipelines
+            .look_layout
+            .bind(&device, &cache)
+            .with("brick_map", voxels.brick_map().as_entire_binding())
+            .with("occupancy", voxels.occupancy.as_entire_binding())
+            .with("pool", voxels.pool.as_entire_binding())
+            .with("pass_", &uniform)
+            .with("offsets", probes.offsets.as_entire_binding())
+            .with("hits", probes.hits.as_entire_binding())
+            .with("pins", &probes.places)
+            .build();
         let moments = captured.then(|| {
-            device.create_bind_group(
-                "gi/scene/probe_moments",
-                &cache.get_bind_group_layout(&pipelines.moments_layout),
-                &BindGroupEntries::sequential((
-                    &probes.uniform(&device, &queue),
-                    probes.hits.as_entire_binding(),
-                    &*probes.moments,
-                )),
-            )
+            pipelines
+                .moments_layout
+                .bind(&device, &cache)
+                .with("probes", &probes.uniform(&device, &queue))
+                .with("hits", probes.hits.as_entire_binding())
+                .with("moments", &*probes.moments)
+                .build()
         });
         probes.job = Some(ProbeJob { look, moments });
     }

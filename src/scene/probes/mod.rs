@@ -29,7 +29,7 @@ mod types;
 
 pub(crate) use cache::LookAgain;
 pub use cache::SceneProbes;
-pub(crate) use pipelines::{cache_entries, shader_defs};
+pub(crate) use pipelines::{cache_layout, shader_defs};
 pub(crate) use set::MAX_PROBES;
 pub use set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
 pub(crate) use types::GpuProbes;

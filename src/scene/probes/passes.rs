@@ -7,10 +7,7 @@ use bevy::{
 };
 
 use super::{cache::SceneProbes, pipelines::ProbePipelines};
-use crate::{
-    gpu::compute::{Groups, Recorder, groups},
-    scene::voxels::argument,
-};
+use crate::gpu::compute::{Dispatch, Recorder};
 
 /// The probes of every volume look at the scene, if they must.
 pub(super) fn look_at_scene(
@@ -30,29 +27,14 @@ pub(super) fn look_at_scene(
         };
         let count = probes.lattice.count();
         if job.moments.is_some() {
-            let threads = UVec3::new(count, 1, 1);
-            record.run(
-                &pipelines.place,
-                groups(threads, UVec3::new(64, 1, 1)),
-                &[&job.look],
-            );
+            record.run(&pipelines.place, Dispatch::Row(count), &[&job.look]);
         }
-        record.run(&pipelines.look, rows(count * probes.rays()), &[&job.look]);
+        let rays = Dispatch::Row(count * probes.rays());
+        record.run(&pipelines.look, rays, &[&job.look]);
         if let Some(moments) = &job.moments {
             let tile = probes.gpu().side + 2;
             let threads = probes.dims() * UVec3::new(tile, tile, 1);
-            record.run(
-                &pipelines.moments,
-                groups(threads, UVec3::new(8, 8, 1)),
-                &[moments],
-            );
+            record.run(&pipelines.moments, Dispatch::Threads(threads), &[moments]);
         }
     }
-}
-
-/// Workgroups of 64 for a long row of threads.
-fn rows(threads: u32) -> Groups<'static> {
-    let workgroups = threads.div_ceil(64);
-    let rows = workgroups.div_ceil(argument::ROW);
-    Groups::Direct(UVec3::new(argument::ROW.min(workgroups), rows, 1))
 }

@@ -1,10 +1,12 @@
 // Where each probe of the lattice stands, and what it sees from there.
 
+#import bevy_gi::gpu::row::{LANES, row_index}
 #import bevy_gi::scene::probes::types::{
     HIT_BACK, HIT_INSIDE, HIT_NOTHING, Probes, cell_center, probe_coords, probe_count, ray_direction,
 }
 #import bevy_gi::scene::types::Volume
-#import bevy_gi::scene::voxels::trace::{load_voxel, occupied_at, trace_voxels}
+#import bevy_gi::scene::voxels::pool::load_voxel
+#import bevy_gi::scene::voxels::trace::{occupied_at, trace_voxels}
 
 struct ProbePass {
     volume: Volume,
@@ -84,14 +86,15 @@ fn step_out(p: vec3<f32>) -> vec3<f32> {
 }
 
 // One thread a probe.
-@compute @workgroup_size(64)
-fn place(@builtin(global_invocation_id) id: vec3<u32>) {
+@compute @workgroup_size(LANES)
+fn place(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let probe = row_index(group, lane);
     let probes = pass_.probes;
     let volume = pass_.volume;
-    if id.x >= probe_count(probes.dims) {
+    if probe >= probe_count(probes.dims) {
         return;
     }
-    let cell = probe_coords(id.x, probes.dims);
+    let cell = probe_coords(probe, probes.dims);
     let center = cell_center(cell, probes);
     var p = center;
     var pinned = probes.relocation == 0u;
@@ -129,15 +132,15 @@ fn place(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         p = to;
     }
-    offsets[id.x] = vec4(p - center, clear);
+    offsets[probe] = vec4(p - center, clear);
 }
 
 // One thread a ray.
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn look_at_scene(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let probes = pass_.probes;
     let rays = probes.side * probes.side;
-    let i = (group.y * #{ARGUMENT_ROW}u + group.x) * 64u + lane;
+    let i = row_index(group, lane);
     if i >= probe_count(probes.dims) * rays {
         return;
     }

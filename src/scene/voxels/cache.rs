@@ -391,16 +391,14 @@ impl SceneVoxels {
         };
         let draw = [VoxelizeStep::Mark, VoxelizeStep::Sum].map(|step| {
             [0, 1, 2].map(|axis| {
-                device.create_bind_group(
-                    "gi/scene/voxelize",
-                    &cache.get_bind_group_layout(&pipelines.draw_layout),
-                    &BindGroupEntries::sequential((
-                        &uniform(axis, step),
-                        self.brick_map().as_entire_binding(),
-                        self.pool.as_entire_binding(),
-                        self.emission_levels.as_entire_binding(),
-                    )),
-                )
+                pipelines
+                    .draw_layout
+                    .bind(device, cache)
+                    .with("voxelize", &uniform(axis, step))
+                    .with("brick_map", self.brick_map().as_entire_binding())
+                    .with("pool", self.pool.as_entire_binding())
+                    .with("emission_levels", self.emission_levels.as_entire_binding())
+                    .build()
             })
         });
         let uniform = uniform(0, VoxelizeStep::Sum);
@@ -426,31 +424,26 @@ impl SceneVoxels {
         VoxelJob {
             draw,
             views,
-            allocate: device.create_bind_group(
-                "gi/scene/allocate_bricks",
-                &cache.get_bind_group_layout(&pipelines.allocate_layout),
-                &BindGroupEntries::sequential((
-                    &uniform,
-                    self.brick_map().as_entire_binding(),
-                    self.brick_list.as_entire_binding(),
-                    self.counters.as_entire_binding(),
-                    self.arguments.as_entire_binding(),
-                    self.emission_levels.as_entire_binding(),
-                )),
-            ),
-            resolve: device.create_bind_group(
-                "gi/scene/resolve_voxels",
-                &cache.get_bind_group_layout(&pipelines.resolve_layout),
-                &BindGroupEntries::sequential((
-                    &uniform,
-                    self.pool.as_entire_binding(),
-                    self.brick_list.as_entire_binding(),
-                    self.counters.as_entire_binding(),
-                    self.voxel_list.as_entire_binding(),
-                    self.occupancy.as_entire_binding(),
-                    self.emission_levels.as_entire_binding(),
-                )),
-            ),
+            allocate: pipelines
+                .allocate_layout
+                .bind(device, cache)
+                .with("brick_map", self.brick_map().as_entire_binding())
+                .with("brick_list", self.brick_list.as_entire_binding())
+                .with("counters", self.counters.as_entire_binding())
+                .with("arguments", self.arguments.as_entire_binding())
+                .with("emission_levels", self.emission_levels.as_entire_binding())
+                .build(),
+            resolve: pipelines
+                .resolve_layout
+                .bind(device, cache)
+                .with("voxelize", &uniform)
+                .with("pool", self.pool.as_entire_binding())
+                .with("brick_list", self.brick_list.as_entire_binding())
+                .with("counters", self.counters.as_entire_binding())
+                .with("voxel_list", self.voxel_list.as_entire_binding())
+                .with("occupancy", self.occupancy.as_entire_binding())
+                .with("emission_levels", self.emission_levels.as_entire_binding())
+                .build(),
             targets,
         }
     }

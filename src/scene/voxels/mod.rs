@@ -76,6 +76,7 @@ impl Plugin for VoxelsPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "types.wgsl");
         load_shader_library!(app, "splat.wgsl");
+        load_shader_library!(app, "pool.wgsl");
         load_shader_library!(app, "trace.wgsl");
         embedded_asset!(app, "voxelize.wgsl");
         embedded_asset!(app, "voxelize_unknown.wgsl");

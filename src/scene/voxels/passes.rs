@@ -2,7 +2,6 @@
 
 use bevy::{
     ecs::prelude::*,
-    math::UVec3,
     render::{
         diagnostic::RecordDiagnostics, render_resource::*, renderer::RenderContext,
         view::ExtractedView,
@@ -15,7 +14,7 @@ use super::{
     types::argument,
 };
 use crate::{
-    gpu::compute::{Groups, Recorder},
+    gpu::compute::{Dispatch, Recorder},
     scene::capture::CapturePhases,
 };
 
@@ -85,17 +84,11 @@ pub(crate) fn voxelize(
                 cache: &cache,
                 diagnostics,
             };
-            let bricks = voxels.grid.bricks().element_product().div_ceil(64);
-            let rows = bricks.div_ceil(argument::ROW);
-            let groups = UVec3::new(bricks.div_ceil(rows), rows, 1);
-            record.run(
-                &pipelines.allocate,
-                Groups::Direct(groups),
-                &[&job.allocate],
-            );
+            let bricks = Dispatch::Row(voxels.grid.bricks().element_product());
+            record.run(&pipelines.allocate, bricks, &[&job.allocate]);
             record.run(
                 &pipelines.brick_arguments,
-                Groups::Direct(UVec3::ONE),
+                Dispatch::Row(1),
                 &[&job.allocate],
             );
         }
@@ -105,14 +98,14 @@ pub(crate) fn voxelize(
             cache: &cache,
             diagnostics,
         };
-        let per_brick = || Groups::Indirect(&voxels.arguments, 4 * u64::from(argument::BRICKS));
-        record.run(&pipelines.resolve, per_brick(), &[&job.resolve]);
+        let per_brick = Dispatch::Indirect(&voxels.arguments, 4 * u64::from(argument::BRICKS));
+        record.run(&pipelines.resolve, per_brick, &[&job.resolve]);
         record.run(
             &pipelines.slice_arguments,
-            Groups::Direct(UVec3::ONE),
+            Dispatch::Row(1),
             &[&job.allocate],
         );
-        record.run(&pipelines.list, per_brick(), &[&job.resolve]);
+        record.run(&pipelines.list, per_brick, &[&job.resolve]);
         voxels.readback.copy(record.encoder, &voxels.counters);
     }
 }

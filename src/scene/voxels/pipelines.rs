@@ -14,16 +14,16 @@ use bevy::{
         DrawMesh, MeshPipelineKey, PrepassPipeline, PrepassPipelineSpecializer,
         SetMaterialBindGroup, SetMeshBindGroup, SetPrepassViewBindGroup,
     },
-    render::{
-        render_phase::*,
-        render_resource::{binding_types::*, *},
-    },
+    render::{render_phase::*, render_resource::*},
     shader::Shader,
 };
 
 use super::types::{GpuVoxelize, shader_defs};
 use crate::{
-    gpu::compute::ComputePass,
+    gpu::{
+        compute::{ComputePass, block},
+        layout::{GroupLayout, storage_read, storage_write, uniform},
+    },
     scene::{
         capture::{CaptureKind, CapturePhase, CapturePipeline},
         material::MaterialShaders,
@@ -68,7 +68,7 @@ impl CaptureKind for VoxelCapture {
         let specializer = VoxelSpecializer {
             prepass: (**prepass).clone(),
             material: material.clone(),
-            layout: voxels.draw_layout.clone(),
+            layout: voxels.draw_layout.descriptor(),
             shader: shader.clone(),
         };
         Some(CapturePipeline {
@@ -132,9 +132,9 @@ pub(crate) type DrawVoxelize = (
 /// Pipelines and layouts of the voxelizer.
 #[derive(Resource)]
 pub(crate) struct VoxelPipelines {
-    pub draw_layout: BindGroupLayoutDescriptor,
-    pub allocate_layout: BindGroupLayoutDescriptor,
-    pub resolve_layout: BindGroupLayoutDescriptor,
+    pub draw_layout: GroupLayout,
+    pub allocate_layout: GroupLayout,
+    pub resolve_layout: GroupLayout,
     shader: Handle<Shader>,
     unknown_shader: Handle<Shader>,
     pub allocate: ComputePass,
@@ -163,53 +163,32 @@ pub(crate) fn init_voxel_pipelines(
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
 ) {
-    let draw_layout = BindGroupLayoutDescriptor::new(
-        "gi/scene/voxelize",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::FRAGMENT,
-            (
-                uniform_buffer::<GpuVoxelize>(false),
-                storage_buffer_sized(false, None),
-                storage_buffer_sized(false, None),
-                storage_buffer_read_only_sized(false, None),
-            ),
-        ),
-    );
-    let allocate_layout = BindGroupLayoutDescriptor::new(
-        "gi/scene/allocate_bricks",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                uniform_buffer::<GpuVoxelize>(false),
-                storage_buffer_sized(false, None),
-                storage_buffer_sized(false, None),
-                storage_buffer_sized(false, None),
-                storage_buffer_sized(false, None),
-                storage_buffer_sized(false, None),
-            ),
-        ),
-    );
-    let resolve_layout = BindGroupLayoutDescriptor::new(
-        "gi/scene/resolve_voxels",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                uniform_buffer::<GpuVoxelize>(false),
-                storage_buffer_sized(false, None),
-                storage_buffer_read_only_sized(false, None),
-                storage_buffer_sized(false, None),
-                storage_buffer_sized(false, None),
-                storage_buffer_sized(false, None),
-                storage_buffer_read_only_sized(false, None),
-            ),
-        ),
-    );
+    let draw_layout = GroupLayout::new("gi/scene/voxelize", ShaderStages::FRAGMENT)
+        .with("voxelize", uniform::<GpuVoxelize>())
+        .with("brick_map", storage_write::<Vec<u32>>())
+        .with("pool", storage_write::<Vec<u32>>())
+        .with("emission_levels", storage_read::<Vec<u32>>());
+    let allocate_layout = GroupLayout::new("gi/scene/allocate_bricks", ShaderStages::COMPUTE)
+        .with("brick_map", storage_write::<Vec<u32>>())
+        .with("brick_list", storage_write::<Vec<u32>>())
+        .with("counters", storage_write::<Vec<u32>>())
+        .with("arguments", storage_write::<Vec<u32>>())
+        .with("emission_levels", storage_write::<Vec<u32>>());
+    let resolve_layout = GroupLayout::new("gi/scene/resolve_voxels", ShaderStages::COMPUTE)
+        .with("voxelize", uniform::<GpuVoxelize>())
+        .with("pool", storage_write::<Vec<u32>>())
+        .with("brick_list", storage_read::<Vec<u32>>())
+        .with("counters", storage_write::<Vec<u32>>())
+        .with("voxel_list", storage_write::<Vec<u32>>())
+        .with("occupancy", storage_write::<Vec<u32>>())
+        .with("emission_levels", storage_read::<Vec<u32>>());
     let allocate_shader = load_embedded_asset!(server.as_ref(), "allocate.wgsl");
     let resolve_shader = load_embedded_asset!(server.as_ref(), "resolve.wgsl");
-    let pass = |name, layout, shader: &Handle<Shader>, entry| {
+    let pass = |name, block, layout, shader: &Handle<Shader>, entry| {
         ComputePass::new(
             &cache,
             name,
+            block,
             &[layout],
             shader.clone(),
             entry,
@@ -219,30 +198,35 @@ pub(crate) fn init_voxel_pipelines(
     commands.insert_resource(VoxelPipelines {
         allocate: pass(
             "gi/scene/allocate_bricks",
+            block::LINE,
             &allocate_layout,
             &allocate_shader,
             "allocate",
         ),
         brick_arguments: pass(
             "gi/scene/brick_arguments",
+            block::ONE,
             &allocate_layout,
             &allocate_shader,
             "brick_arguments",
         ),
         slice_arguments: pass(
             "gi/scene/slice_arguments",
+            block::ONE,
             &allocate_layout,
             &allocate_shader,
             "slice_arguments",
         ),
         resolve: pass(
             "gi/scene/resolve_voxels",
+            block::LINE,
             &resolve_layout,
             &resolve_shader,
             "resolve",
         ),
         list: pass(
             "gi/scene/list_voxels",
+            block::LINE,
             &resolve_layout,
             &resolve_shader,
             "list",

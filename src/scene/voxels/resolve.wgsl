@@ -1,6 +1,7 @@
 // Turns a voxel's sums into its surface, in place, and lists the voxels that have one.
 
 #import bevy_gi::gpu::pack::{pack_normal, pack_radiance}
+#import bevy_gi::gpu::row::row_group
 #import bevy_gi::scene::voxels::types::{
     BRICK, BRICK_VOXELS, FLAG_SURFACE, FLAG_TWO_SIDED, Voxelize, WORDS, brick_coords, brick_slice, emission_unit,
 }
@@ -18,14 +19,10 @@ fn record(slot: u32, local: u32) -> u32 {
     return (slot * BRICK_VOXELS + local) * WORDS;
 }
 
-fn slot_of(group: vec3<u32>) -> u32 {
-    return group.y * #{ARGUMENT_ROW}u + group.x;
-}
-
 // One workgroup a brick, one thread a voxel.
-@compute @workgroup_size(64)
+@compute @workgroup_size(BRICK_VOXELS)
 fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let slot = slot_of(group);
+    let slot = row_group(group);
     if slot >= min(atomicLoad(&counters[#{COUNTER_BRICKS}u]), arrayLength(&brick_list)) {
         return;
     }
@@ -81,9 +78,9 @@ fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 }
 
 // One workgroup a brick, one thread a voxel, once the slices' starts are known.
-@compute @workgroup_size(64)
+@compute @workgroup_size(BRICK_VOXELS)
 fn list(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let slot = slot_of(group);
+    let slot = row_group(group);
     if slot >= min(atomicLoad(&counters[#{COUNTER_BRICKS}u]), arrayLength(&brick_list)) {
         return;
     }

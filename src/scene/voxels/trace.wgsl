@@ -1,14 +1,11 @@
-// Rays through the voxels. The first bindings of group 0 of whoever traces.
+// Rays through the voxels. Bindings 0 and 1 of group 0 of whoever traces.
 #define_import_path bevy_gi::scene::voxels::trace
 
 #import bevy_gi::scene::types::Volume
-#import bevy_gi::scene::voxels::types::{
-    BRICK, BRICK_MARKED, BRICK_VOXELS, Voxel, WORDS, brick_index, local_index, unpack_voxel,
-}
+#import bevy_gi::scene::voxels::types::{BRICK, BRICK_MARKED, BRICK_VOXELS, brick_index, local_index}
 
 @group(0) @binding(0) var<storage, read> brick_map: array<u32>;
 @group(0) @binding(1) var<storage, read> occupancy: array<u32>;
-@group(0) @binding(2) var<storage, read> pool: array<u32>;
 
 struct Hit {
     exists: bool,
@@ -27,12 +24,6 @@ fn brick_slot(voxel: vec3<i32>, volume: Volume) -> i32 {
 fn is_occupied(slot: u32, voxel: vec3<i32>) -> bool {
     let local = local_index(vec3<u32>(voxel));
     return ((occupancy[2u * slot + local / 32u] >> (local % 32u)) & 1u) != 0u;
-}
-
-// The surface of a voxel of the pool.
-fn load_voxel(index: u32) -> Voxel {
-    let at = index * WORDS;
-    return unpack_voxel(vec3(pool[at], pool[at + 1u], pool[at + 2u]));
 }
 
 // A point in voxels, rounded to 1/1024: probes of a regular lattice stand on faces of voxels, and which voxel they are

@@ -65,16 +65,14 @@ pub mod argument {
     use super::SLICES;
     /// One workgroup a brick.
     pub const BRICKS: u32 = 0;
-    /// One thread a voxel, in workgroups of 64.
+    /// One thread a voxel.
     pub const VOXELS: u32 = 3;
     /// The same for each slice.
     pub const SLICE: u32 = 6;
-    /// One thread for each 2x2x2 voxels of a brick, in workgroups of 64.
+    /// One thread for each 2x2x2 voxels of a brick.
     pub const CELLS: u32 = SLICE + 3 * SLICES;
     /// All of it.
     pub const WORDS: u32 = CELLS + 3;
-    /// Most workgroups along x; more go into y.
-    pub const ROW: u32 = 32768;
 }
 
 /// The constants above, for `types.wgsl`.
@@ -96,7 +94,6 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
         ("ARGUMENT_VOXELS", argument::VOXELS),
         ("ARGUMENT_SLICE", argument::SLICE),
         ("ARGUMENT_CELLS", argument::CELLS),
-        ("ARGUMENT_ROW", argument::ROW),
     ]
     .map(|(name, value)| ShaderDefVal::UInt(name.into(), value))
     .into();

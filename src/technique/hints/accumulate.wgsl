@@ -1,6 +1,7 @@
 // New light into the slots, and which hints get any.
 #define_import_path bevy_gi::technique::hints::accumulate
 
+#import bevy_gi::gpu::row::LANES
 #import bevy_gi::scene::probes::bindings::{offsets, probes}
 #import bevy_gi::scene::probes::types::probe_count
 #import bevy_gi::technique::hints::bindings::hints
@@ -9,14 +10,14 @@
 
 // One of so many frames is a sleeping hint's turn; those of a workgroup have it together.
 const TURNS: u32 = 4u;
-const WORKGROUP: u32 = 64u;
+
 // Whether a hint that lights no surface, or whose light has hardly changed, is left as it is in this frame. Sources are
 // looked at once when they change, by all.
 fn asleep(slot: u32, probe: u32) -> bool {
     if slot == SLOT_EMISSION || slot == SLOT_SKY {
         return false;
     }
-    let turn = (probe / WORKGROUP + hints.frame) % TURNS == 0u;
+    let turn = (probe / LANES + hints.frame) % TURNS == 0u;
     // How much its light changed when it was looked at last.
     let changed = slots[slot_index(slot, 0u, probe, hints.coefficients, probe_count(probes.dims))].w;
     let sleepy = offsets[probe].w >= hints.sleep_beyond || changed < hints.quiet;

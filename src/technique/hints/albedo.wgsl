@@ -5,13 +5,12 @@
 #import bevy_gi::scene::probes::types::{
     HIT_BACK, HIT_INSIDE, HIT_NOTHING, map_solid_angle, probe_count, ray_direction,
 }
-#import bevy_gi::scene::voxels::types::WORDS
+#import bevy_gi::scene::voxels::pool::load_voxel
 #import bevy_gi::technique::hints::bindings::hints
 
-@group(0) @binding(1) var<storage, read> pool: array<u32>;
 // See `bevy_gi::scene::probes`.
-@group(0) @binding(3) var<storage, read> hits: array<vec2<u32>>;
-@group(0) @binding(6) var<storage, read_write> albedos: array<vec4<f32>>;
+@group(0) @binding(0) var<storage, read> hits: array<vec2<u32>>;
+@group(0) @binding(1) var<storage, read_write> albedos: array<vec4<f32>>;
 
 // One thread a hint.
 @compute @workgroup_size(64)
@@ -30,8 +29,7 @@ fn average_albedo(@builtin(global_invocation_id) id: vec3<u32>) {
         let distance = bitcast<f32>(hit.y) / probes.cell;
         let dir = ray_direction(ray, id.x, probes);
         let weight = map_solid_angle(dir, probes.side) / (1.0 + distance * distance);
-        let albedo = unpack4x8unorm(pool[(hit.x & ~HIT_BACK) * WORDS]).rgb;
-        sum += weight * vec4(albedo, 1.0);
+        sum += weight * vec4(load_voxel(hit.x & ~HIT_BACK).albedo, 1.0);
     }
     let none = vec3(hints.average_albedo);
     albedos[id.x] = vec4(select(none, sum.rgb / max(sum.a, 1e-12), sum.a > 0.0), 1.0);

@@ -7,38 +7,29 @@
 #import bevy_gi::scene::probes::types::{
     HIT_BACK, HIT_INSIDE, HIT_NOTHING, map_solid_angle, probe_count, ray_direction,
 }
-#import bevy_gi::scene::voxels::types::{
-    BRICK, BRICK_VOXELS, WORDS, Voxel, brick_coords, local_coords, unpack_voxel, voxel_center,
-}
+#import bevy_gi::scene::voxels::pool::load_voxel
+#import bevy_gi::scene::voxels::types::{BRICK, BRICK_VOXELS, brick_coords, local_coords, voxel_center}
 #import bevy_gi::technique::hints::bindings::hints
 #import bevy_gi::technique::hints::types::{SLOT_EMISSION, SLOT_SKY, Stage}
 #ifdef SURFACES
+#import bevy_gi::gpu::row::{LANES, row_index}
 #import bevy_gi::technique::hints::lookup::diffuse_light
 #else
 #import bevy_gi::scene::sky::sky_radiance
 #import bevy_gi::technique::hints::accumulate::{asleep, blend_slot}
+#import bevy_render::maths::PI
 #endif
 
-const PI: f32 = 3.14159265359;
-
-@group(0) @binding(0) var<uniform> stage: Stage;
-@group(0) @binding(1) var<storage, read> pool: array<u32>;
-
-fn load_voxel(index: u32) -> Voxel {
-    let at = index * WORDS;
-    return unpack_voxel(vec3(pool[at], pool[at + 1u], pool[at + 2u]));
-}
-
 #ifdef SURFACES
-@group(0) @binding(2) var<storage, read_write> reflected: array<vec2<u32>>;
-@group(0) @binding(3) var<storage, read> brick_list: array<u32>;
-@group(0) @binding(4) var<storage, read> voxel_list: array<u32>;
-@group(0) @binding(5) var<storage, read> counters: array<u32>;
+@group(0) @binding(0) var<storage, read> brick_list: array<u32>;
+@group(0) @binding(1) var<storage, read_write> reflected: array<vec2<u32>>;
+@group(0) @binding(3) var<storage, read> voxel_list: array<u32>;
+@group(0) @binding(4) var<storage, read> counters: array<u32>;
 
 // One thread a voxel with a surface: what its front and its back reflect of the light at the hints.
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn light_surfaces(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let i = (group.y * #{ARGUMENT_ROW}u + group.x) * 64u + lane;
+    let i = row_index(group, lane);
     if i >= counters[#{COUNTER_VOXELS}u] {
         return;
     }
@@ -54,9 +45,10 @@ fn light_surfaces(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     reflected[index] = vec2(pack_radiance(front), pack_radiance(back));
 }
 #else
-@group(0) @binding(2) var<storage, read> reflected: array<vec2<u32>>;
+@group(0) @binding(0) var<uniform> stage: Stage;
+@group(0) @binding(1) var<storage, read> reflected: array<vec2<u32>>;
 // See `bevy_gi::scene::probes`.
-@group(0) @binding(3) var<storage, read> hits: array<vec2<u32>>;
+@group(0) @binding(4) var<storage, read> hits: array<vec2<u32>>;
 
 // Radiance that arrives along a ray, nits.
 fn arriving(hit: u32, dir: vec3<f32>, tan_half: f32) -> vec3<f32> {

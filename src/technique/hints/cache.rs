@@ -255,18 +255,15 @@ impl HintsCache {
             unit,
         });
         uniform.write_buffer(frame.device, frame.queue);
-        frame.device.create_bind_group(
-            "gi/hints/cache",
-            &frame.cache.get_bind_group_layout(&cache_layout()),
-            &BindGroupEntries::sequential((
-                &probes.uniform(frame.device, frame.queue),
-                probes.offsets.as_entire_binding(),
-                &*probes.moments,
-                &probes.sampler,
-                &uniform,
-                &*self.texture,
-            )),
-        )
+        cache_layout()
+            .bind(frame.device, frame.cache)
+            .with("probes", &probes.uniform(frame.device, frame.queue))
+            .with("offsets", probes.offsets.as_entire_binding())
+            .with("moments", &*probes.moments)
+            .with("probe_sampler", &probes.sampler)
+            .with("hints", &uniform)
+            .with("coefficients", &*self.texture)
+            .build()
     }
 
     /// The bind groups for what is planned.
@@ -311,54 +308,47 @@ impl HintsCache {
         // What bounces on is physical.
         const PHYSICAL: [f32; 2] = [1.0; 2];
         let sum = |mask: u32, gains| {
-            device.create_bind_group(
-                "gi/hints/sum",
-                &cache.get_bind_group_layout(&pipelines.sum_layout),
-                &BindGroupEntries::with_indices((
-                    (0, &stage(0, mask, gains)),
-                    (1, &*self.texture),
-                    (4, self.slot_light.as_entire_binding()),
-                    (6, self.albedos.as_entire_binding()),
-                )),
-            )
+            pipelines
+                .sum_layout
+                .bind(device, cache)
+                .with("stage", &stage(0, mask, gains))
+                .with("target_", &*self.texture)
+                .with("slots", self.slot_light.as_entire_binding())
+                .with("albedos", self.albedos.as_entire_binding())
+                .build()
         };
         let gather = |slot: u32| {
-            device.create_bind_group(
-                "gi/hints/bounce",
-                &cache.get_bind_group_layout(&pipelines.gather_layout),
-                &BindGroupEntries::sequential((
-                    &stage(slot, 0, PHYSICAL),
-                    voxels.pool.as_entire_binding(),
-                    self.reflected.as_entire_binding(),
-                    probes.hits.as_entire_binding(),
-                    self.slot_light.as_entire_binding(),
-                )),
-            )
+            pipelines
+                .gather_layout
+                .bind(device, cache)
+                .with("stage", &stage(slot, 0, PHYSICAL))
+                .with("pool", voxels.pool.as_entire_binding())
+                .with("reflected", self.reflected.as_entire_binding())
+                .with("hits", probes.hits.as_entire_binding())
+                .with("slots", self.slot_light.as_entire_binding())
+                .build()
         };
         let from_surfaces = |slot: u32| BounceFrom::Surfaces {
-            light: device.create_bind_group(
-                "gi/hints/surfaces",
-                &cache.get_bind_group_layout(&pipelines.surfaces_layout),
-                &BindGroupEntries::sequential((
-                    &stage(slot, 0, PHYSICAL),
-                    voxels.pool.as_entire_binding(),
-                    self.reflected.as_entire_binding(),
-                    voxels.brick_list.as_entire_binding(),
-                    voxels.voxel_list.as_entire_binding(),
-                    voxels.counters.as_entire_binding(),
-                )),
-            ),
+            light: pipelines
+                .surfaces_layout
+                .bind(device, cache)
+                .with("pool", voxels.pool.as_entire_binding())
+                .with("reflected", self.reflected.as_entire_binding())
+                .with("brick_list", voxels.brick_list.as_entire_binding())
+                .with("voxel_list", voxels.voxel_list.as_entire_binding())
+                .with("counters", voxels.counters.as_entire_binding())
+                .build(),
             gather: gather(slot),
         };
         let from_hints = |slot: u32| {
-            BounceFrom::Hints(device.create_bind_group(
-                "gi/hints/exchange",
-                &cache.get_bind_group_layout(&pipelines.exchange_layout),
-                &BindGroupEntries::with_indices((
-                    (0, &stage(slot, 0, PHYSICAL)),
-                    (4, self.slot_light.as_entire_binding()),
-                )),
-            ))
+            BounceFrom::Hints(
+                pipelines
+                    .exchange_layout
+                    .bind(device, cache)
+                    .with("stage", &stage(slot, 0, PHYSICAL))
+                    .with("slots", self.slot_light.as_entire_binding())
+                    .build(),
+            )
         };
         let sources = match plan.looks {
             true => vec![gather(SLOT_EMISSION), gather(SLOT_SKY)],
@@ -383,43 +373,54 @@ impl HintsCache {
                 from: from_surfaces(slot),
             }
         });
-        let lights =
-            (frame.light_maps.rsm_bind_group.is_some() && settings.bounces > 0).then(|| {
-                device.create_bind_group(
-                    "gi/hints/lights",
-                    &cache.get_bind_group_layout(&pipelines.lights_layout),
-                    &BindGroupEntries::with_indices((
-                        (0, voxels.brick_map().as_entire_binding()),
-                        (1, voxels.occupancy.as_entire_binding()),
-                        (4, self.slot_light.as_entire_binding()),
-                        (6, &*frame.camera_depth.texture),
-                        (7, frame.camera_depth.camera.as_entire_binding()),
-                    )),
-                )
-            });
-        let coloured = settings.bounce != HintBounce::Surfaces && settings.coloured_bounces;
-        let albedo = (coloured && plan.new_surfaces).then(|| {
-            device.create_bind_group(
-                "gi/hints/albedo",
-                &cache.get_bind_group_layout(&pipelines.albedo_layout),
-                &BindGroupEntries::with_indices((
-                    (1, voxels.pool.as_entire_binding()),
-                    (3, probes.hits.as_entire_binding()),
-                    (6, self.albedos.as_entire_binding()),
-                )),
-            )
-        });
         let slot_bytes = self.slot_light.size() / u64::from(slots);
         HintsJob {
             relights: plan.relights,
             carry,
-            albedo,
-            lights,
+            albedo: self.albedo(plan, voxels, probes, frame),
+            lights: self.lights(voxels, frame),
             clear: (self.slot_light.clone(), slot_bytes),
             sources,
             bounces: bounces.collect(),
             sum: sum(shown, [settings.first_gain, settings.later_gain]),
         }
+    }
+
+    /// What gathers the light of lamps, if there are any.
+    fn lights(&self, voxels: &SceneVoxels, frame: &Frame<RadianceHints>) -> Option<BindGroup> {
+        let wanted = frame.light_maps.rsm_bind_group.is_some() && frame.settings.bounces > 0;
+        let layout = &frame.pipelines.lights_layout;
+        wanted.then(|| {
+            layout
+                .bind(frame.device, frame.cache)
+                .with("brick_map", voxels.brick_map().as_entire_binding())
+                .with("occupancy", voxels.occupancy.as_entire_binding())
+                .with("slots", self.slot_light.as_entire_binding())
+                .with("camera_depth", &*frame.camera_depth.texture)
+                .with("camera", frame.camera_depth.camera.as_entire_binding())
+                .build()
+        })
+    }
+
+    /// What averages the colour of surfaces, if a bounce needs it.
+    fn albedo(
+        &self,
+        plan: &Plan,
+        voxels: &SceneVoxels,
+        probes: &SceneProbes,
+        frame: &Frame<RadianceHints>,
+    ) -> Option<BindGroup> {
+        let settings = frame.settings;
+        let coloured = settings.bounce != HintBounce::Surfaces && settings.coloured_bounces;
+        let layout = &frame.pipelines.albedo_layout;
+        (coloured && plan.new_surfaces).then(|| {
+            layout
+                .bind(frame.device, frame.cache)
+                .with("pool", voxels.pool.as_entire_binding())
+                .with("hits", probes.hits.as_entire_binding())
+                .with("albedos", self.albedos.as_entire_binding())
+                .build()
+        })
     }
 
     /// What moves light along with the hints.
@@ -438,17 +439,14 @@ impl HintsCache {
         uniform.write_buffer(device, frame.queue);
         CarryJob {
             copy: (self.slot_light.clone(), before.clone()),
-            group: device.create_bind_group(
-                "gi/hints/carry",
-                &frame
-                    .cache
-                    .get_bind_group_layout(&frame.pipelines.carry_layout),
-                &BindGroupEntries::with_indices((
-                    (0, &uniform),
-                    (1, before.as_entire_binding()),
-                    (4, self.slot_light.as_entire_binding()),
-                )),
-            ),
+            group: frame
+                .pipelines
+                .carry_layout
+                .bind(device, frame.cache)
+                .with("carry_", &uniform)
+                .with("before", before.as_entire_binding())
+                .with("slots", self.slot_light.as_entire_binding())
+                .build(),
         }
     }
 }

@@ -4,23 +4,31 @@ use bevy::{
     app::{App, Plugin},
     asset::{AssetServer, embedded_asset, load_embedded_asset},
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
-    math::UVec3,
+    math::{UVec3, Vec4},
     render::{
         Render, RenderApp, RenderStartup,
-        render_resource::{binding_types::*, *},
+        render_resource::*,
         renderer::{RenderDevice, RenderQueue},
     },
 };
 
 use super::{
     cache::HintsCache,
-    pipelines::{cache_layout, shader_defs},
+    pipelines::{SLOTS, cache_layout, shader_defs},
     settings::RadianceHints,
     types::{GpuHintsView, GpuPicked, slots_of},
 };
 use crate::{
-    debug::{GiDebugSettings, fill::FillPass, light_maps::DebugMarks, shapes::DebugShapes},
-    gpu::compute::ComputePass,
+    debug::{
+        GiDebugSettings,
+        fill::FillPass,
+        light_maps::{DebugMarks, GpuMark},
+        shapes::{DebugShapes, GpuShape},
+    },
+    gpu::{
+        compute::{ComputePass, block},
+        layout::{GroupLayout, storage_read, storage_write, uniform},
+    },
     scene::{
         bind_group::{SceneBindGroup, scene_layout},
         light_maps::{SceneLightMaps, rsm_layout},
@@ -43,9 +51,9 @@ struct HintsView {
     hints: ComputePass,
     taps: ComputePass,
     marks: ComputePass,
-    pick_layout: BindGroupLayoutDescriptor,
-    shapes_layout: BindGroupLayoutDescriptor,
-    marks_layout: BindGroupLayoutDescriptor,
+    pick_layout: GroupLayout,
+    shapes_layout: GroupLayout,
+    marks_layout: GroupLayout,
 }
 
 /// What of a volume is shown.
@@ -89,42 +97,48 @@ impl Plugin for HintsViewPlugin {
 }
 
 fn init_view(mut commands: Commands, server: Res<AssetServer>, cache: Res<PipelineCache>) {
-    let read = || storage_buffer_read_only_sized(false, None);
-    let write = || storage_buffer_sized(false, None);
-    let view = || uniform_buffer::<GpuHintsView>(false);
     let compute = ShaderStages::COMPUTE;
-    let pick_layout = BindGroupLayoutDescriptor::new(
-        "gi/hints/pick",
-        &BindGroupLayoutEntries::sequential(compute, (read(), read(), read(), write(), view())),
-    );
-    let shapes_layout = BindGroupLayoutDescriptor::new(
-        NAME,
-        &BindGroupLayoutEntries::with_indices(
-            compute,
-            ((0, write()), (1, view()), (2, read()), (4, write())),
-        ),
-    );
-    let marks_layout = BindGroupLayoutDescriptor::new(
-        "gi/hints/mark_samples",
-        &BindGroupLayoutEntries::sequential(compute, (write(), view(), read())),
-    );
+    let pick_layout = GroupLayout::new("gi/hints/pick", compute)
+        .with("brick_map", storage_read::<Vec<u32>>())
+        .with("occupancy", storage_read::<Vec<u32>>())
+        .with("pool", storage_read::<Vec<u32>>())
+        .with("picked", storage_write::<GpuPicked>())
+        .with("shown", uniform::<GpuHintsView>());
+    let shapes_layout = GroupLayout::new(NAME, compute)
+        .with("shapes", storage_write::<Vec<GpuShape>>())
+        .with("shown", uniform::<GpuHintsView>())
+        .with("picked", storage_read::<GpuPicked>())
+        .with_at(SLOTS, "slots", storage_write::<Vec<Vec4>>());
+    let marks_layout = GroupLayout::new("gi/hints/mark_samples", compute)
+        .with("marks", storage_write::<Vec<GpuMark>>())
+        .with("shown", uniform::<GpuHintsView>())
+        .with("picked", storage_read::<GpuPicked>());
     let (scene, cache_layout) = (scene_layout(), cache_layout());
-    let pass = |name, layout: &BindGroupLayoutDescriptor, more: &[&_], shader, entry| {
+    let pass = |name, block, layout: &GroupLayout, more: &[&_], shader, entry| {
         let layouts = [&[layout, &scene, &cache_layout], more].concat();
-        ComputePass::new(&cache, name, &layouts, shader, entry, shader_defs())
+        ComputePass::new(&cache, name, block, &layouts, shader, entry, shader_defs())
     };
     let shapes = load_embedded_asset!(server.as_ref(), "debug.wgsl");
     commands.insert_resource(HintsView {
         pick: pass(
             "gi/hints/pick",
+            block::ONE,
             &pick_layout,
             &[],
             load_embedded_asset!(server.as_ref(), "pick.wgsl"),
             "pick",
         ),
-        hints: pass(NAME, &shapes_layout, &[], shapes.clone(), "show_hints"),
+        hints: pass(
+            NAME,
+            block::LINE,
+            &shapes_layout,
+            &[],
+            shapes.clone(),
+            "show_hints",
+        ),
         taps: pass(
             "gi/hints/show_taps",
+            block::LINE,
             &shapes_layout,
             &[],
             shapes,
@@ -132,6 +146,7 @@ fn init_view(mut commands: Commands, server: Res<AssetServer>, cache: Res<Pipeli
         ),
         marks: pass(
             "gi/hints/mark_samples",
+            block::LINE,
             &marks_layout,
             &[&rsm_layout()],
             load_embedded_asset!(server.as_ref(), "marks.wgsl"),
@@ -198,40 +213,35 @@ fn show_hints(
         });
         let pick = || FillPass {
             pass: view.pick,
-            groups: UVec3::ONE,
+            threads: UVec3::ONE,
             bind_groups: vec![
-                device.create_bind_group(
-                    "gi/hints/pick",
-                    &cache.get_bind_group_layout(&view.pick_layout),
-                    &BindGroupEntries::sequential((
-                        voxels.brick_map().as_entire_binding(),
-                        voxels.occupancy.as_entire_binding(),
-                        voxels.pool().as_entire_binding(),
-                        picked.as_entire_binding(),
-                        &uniform,
-                    )),
-                ),
+                view.pick_layout
+                    .bind(&device, &cache)
+                    .with("brick_map", voxels.brick_map().as_entire_binding())
+                    .with("occupancy", voxels.occupancy.as_entire_binding())
+                    .with("pool", voxels.pool().as_entire_binding())
+                    .with("picked", picked.as_entire_binding())
+                    .with("shown", &uniform)
+                    .build(),
                 scene.0.clone(),
                 lookup.clone(),
             ],
         };
         let fill = |pass: ComputePass, own: BindGroup, count: u32| FillPass {
             pass,
-            groups: UVec3::new(count.div_ceil(64), 1, 1),
+            threads: UVec3::new(count, 1, 1),
             bind_groups: vec![own, scene.0.clone(), lookup.clone()],
         };
         let shapes = |pass: ComputePass, count: u32, before: Option<&DebugShapes>| {
             DebugShapes::new(count, before, &device, |shapes| {
-                let own = device.create_bind_group(
-                    NAME,
-                    &cache.get_bind_group_layout(&view.shapes_layout),
-                    &BindGroupEntries::with_indices((
-                        (0, shapes.as_entire_binding()),
-                        (1, &uniform),
-                        (2, picked.as_entire_binding()),
-                        (4, hints.slot_light.as_entire_binding()),
-                    )),
-                );
+                let own = view
+                    .shapes_layout
+                    .bind(&device, &cache)
+                    .with("shapes", shapes.as_entire_binding())
+                    .with("shown", &uniform)
+                    .with("picked", picked.as_entire_binding())
+                    .with("slots", hints.slot_light.as_entire_binding())
+                    .build();
                 vec![pick(), fill(pass, own, count)]
             })
         };
@@ -256,15 +266,13 @@ fn show_hints(
                 }
                 (Shown::Samples, Some(rsm)) => {
                     entity.insert(DebugMarks::new(MARKS, &device, |marks| {
-                        let own = device.create_bind_group(
-                            "gi/hints/mark_samples",
-                            &cache.get_bind_group_layout(&view.marks_layout),
-                            &BindGroupEntries::sequential((
-                                marks.as_entire_binding(),
-                                &uniform,
-                                picked.as_entire_binding(),
-                            )),
-                        );
+                        let own = view
+                            .marks_layout
+                            .bind(&device, &cache)
+                            .with("marks", marks.as_entire_binding())
+                            .with("shown", &uniform)
+                            .with("picked", picked.as_entire_binding())
+                            .build();
                         let mut mark = fill(view.marks, own, MARKS);
                         mark.bind_groups.push(rsm.clone());
                         vec![pick(), mark]

@@ -132,7 +132,7 @@ fn show_hints(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 
 // The surface in white, the hint in red, and the taps in green.
-@compute @workgroup_size(16)
+@compute @workgroup_size(64)
 fn show_taps(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= shown.taps {
         return;

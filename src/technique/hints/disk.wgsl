@@ -4,10 +4,11 @@
 #import bevy_gi::gpu::random::random3
 #import bevy_gi::scene::light_maps::lookup::{map_flux, maps}
 #import bevy_gi::technique::hints::bindings::hints
+#import bevy_render::maths::PI_2
+#import bevy_render::view::ndc_to_uv
 
 // Samples of a map that has any light.
 const LEAST_SAMPLES: u32 = 4u;
-const TAU: f32 = 6.28318530718;
 
 // Flux of all maps.
 fn flux_to_share() -> f32 {
@@ -32,12 +33,12 @@ fn disk_center(m: u32, p: vec3<f32>) -> vec2<f32> {
     if clip.w <= 0.0 {
         return vec2(0.5);
     }
-    return clamp(clip.xy / clip.w * vec2(0.5, -0.5) + 0.5, vec2(0.0), vec2(1.0));
+    return clamp(ndc_to_uv(clip.xy / clip.w), vec2(0.0), vec2(1.0));
 }
 
 // Sample `i` of map `m`: always the same one of a hint, or it would flicker.
 fn disk_sample(m: u32, i: u32, probe: u32, center: vec2<f32>) -> vec2<f32> {
     let u = random3(probe, m * hints.samples + i, 0u);
     let radius = hints.spread * select(sqrt(u.x), u.x, hints.sampling == #{SAMPLE_DISK_LITERAL}u);
-    return center + radius * vec2(cos(TAU * u.y), sin(TAU * u.y));
+    return center + radius * vec2(cos(PI_2 * u.y), sin(PI_2 * u.y));
 }

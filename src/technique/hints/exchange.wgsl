@@ -10,8 +10,7 @@
 #import bevy_gi::technique::hints::guess::guessed_visibility
 #import bevy_gi::technique::hints::lookup::{hint_point, sample_albedo, sample_distances, sample_hint, weigh}
 #import bevy_gi::technique::hints::types::Stage
-
-const PI: f32 = 3.14159265359;
+#import bevy_render::maths::{PI, PI_2}
 
 @group(0) @binding(0) var<uniform> stage: Stage;
 
@@ -20,7 +19,7 @@ fn place_around(p: vec3<f32>, probe: u32, j: u32) -> vec3<f32> {
     let u = random3(probe, j, stage.slot);
     let radius = hints.reach * pow(u.x, 1.0 / 3.0);
     let z = 2.0 * u.y - 1.0;
-    let phi = 2.0 * PI * u.z;
+    let phi = PI_2 * u.z;
     return p + radius * vec3(sqrt(1.0 - z * z) * vec2(cos(phi), sin(phi)), z);
 }
 

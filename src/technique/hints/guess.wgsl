@@ -1,6 +1,8 @@
 // What the paper guesses from distances alone, and where it reads: functions of numbers, without any binding.
 #define_import_path bevy_gi::technique::hints::guess
 
+#import bevy_render::maths::PI_2
+
 // Whether two places see each other, guessed from the distances of what is nearest to and farthest from each
 // (Papaioannou 2011, equation 11), all metres: surely, if the empty balls around both meet; surely not, beyond what
 // both see.
@@ -17,6 +19,6 @@ fn tap_offset(i: u32, taps: u32, ring_cos: f32) -> vec3<f32> {
     if i == 0u {
         return lift + vec3(0.0, 0.0, 1.0);
     }
-    let phi = 6.28318530718 * f32(i) / f32(max(taps, 2u) - 1u);
+    let phi = PI_2 * f32(i) / f32(max(taps, 2u) - 1u);
     return lift + vec3(sqrt(1.0 - ring_cos * ring_cos) * vec2(cos(phi), sin(phi)), ring_cos);
 }

@@ -14,12 +14,12 @@
 #import bevy_gi::technique::hints::disk::{disk_center, disk_sample, flux_to_share, map_samples}
 #import bevy_gi::technique::hints::slots::store_distances
 #import bevy_gi::technique::hints::types::SLOT_LIGHTS
-
-const PI: f32 = 3.14159265359;
+#import bevy_render::maths::PI
+#import bevy_render::view::ndc_to_uv
 
 // What the camera saw in the last frame.
-@group(0) @binding(6) var camera_depth: texture_2d<f32>;
-@group(0) @binding(7) var<uniform> camera: CameraDepth;
+@group(0) @binding(4) var camera_depth: texture_2d<f32>;
+@group(0) @binding(5) var<uniform> camera: CameraDepth;
 
 // A small patch of surface that sends light on.
 struct Patch {
@@ -95,7 +95,7 @@ fn hidden_from_light(index: u32, p: vec3<f32>) -> bool {
     let map = maps.array[min(index, maps.count)];
     let clip = map.clip_from_world * vec4(p, 1.0);
     let ndc = clip.xyz / clip.w;
-    let uv = ndc.xy * vec2(0.5, -0.5) + 0.5;
+    let uv = ndc_to_uv(ndc.xy);
     if clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
         return false;
     }
@@ -108,7 +108,7 @@ fn hidden_from_light(index: u32, p: vec3<f32>) -> bool {
 fn hidden_from_camera(p: vec3<f32>) -> bool {
     let clip = camera.clip_from_world * vec4(p, 1.0);
     let ndc = clip.xyz / clip.w;
-    let uv = ndc.xy * vec2(0.5, -0.5) + 0.5;
+    let uv = ndc_to_uv(ndc.xy);
     if camera.seen == 0u || clip.w <= 0.0 || any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
         return false;
     }

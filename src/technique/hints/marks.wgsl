@@ -8,6 +8,7 @@
 #import bevy_gi::technique::hints::bindings::hints
 #import bevy_gi::technique::hints::disk::{disk_center, disk_sample, flux_to_share, map_samples}
 #import bevy_gi::technique::hints::types::{HintsView, Picked}
+#import bevy_render::view::ndc_to_uv
 
 @group(0) @binding(0) var<storage, read_write> marks: array<Mark>;
 @group(0) @binding(1) var<uniform> shown: HintsView;
@@ -21,7 +22,7 @@ fn vpl_mark(i: u32) -> Mark {
         return Mark(vec2(0.0), -1.0, 0u);
     }
     let clip = maps.array[m].clip_from_world * vec4(vpl.position, 1.0);
-    return Mark(clip.xy / clip.w * vec2(0.5, -0.5) + 0.5, 0.0, m);
+    return Mark(ndc_to_uv(clip.xy / clip.w), 0.0, m);
 }
 
 // A disk, or a sample in it; disks come first.

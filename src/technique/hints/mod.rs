@@ -63,13 +63,12 @@ pub use settings::{
 use bevy::{
     app::App,
     asset::{AssetServer, embedded_asset, load_embedded_asset},
-    render::render_resource::BindGroupLayoutDescriptor,
     shader::load_shader_library,
 };
 
 use super::{LookupShader, Technique};
 use crate::{
-    gpu::caps::DeviceNeeds,
+    gpu::{caps::DeviceNeeds, layout::GroupLayout},
     scene::{needs::SceneNeeds, probes::MAX_PROBES},
 };
 
@@ -116,7 +115,7 @@ impl Technique for RadianceHints {
         }
     }
 
-    fn cache_layout() -> BindGroupLayoutDescriptor {
+    fn cache_layout() -> GroupLayout {
         pipelines::cache_layout()
     }
 

@@ -8,7 +8,7 @@ use bevy::{
 use super::pipelines::HintsPipelines;
 use crate::{
     gpu::{
-        compute::{Groups, Recorder, groups},
+        compute::{Dispatch, Recorder},
         statistics::Tracked,
     },
     scene::{probes::SceneProbes, voxels::argument},
@@ -66,28 +66,25 @@ impl HintsJob {
         record: &mut Recorder,
     ) {
         let scene = inputs.scene;
-        let per_hint = || {
-            let threads = UVec3::new(probes.lattice.count(), 1, 1);
-            groups(threads, UVec3::new(64, 1, 1))
-        };
-        let per_cell = || groups(probes.dims(), UVec3::splat(4));
+        let per_hint = Dispatch::Threads(UVec3::new(probes.lattice.count(), 1, 1));
+        let per_cell = Dispatch::Threads(probes.dims());
 
         if !self.relights {
-            record.run(&pipelines.sum, per_cell(), &[&self.sum]);
+            record.run(&pipelines.sum, per_cell, &[&self.sum]);
             return;
         }
         if let Some(carry) = &self.carry {
             let (slots, before) = &carry.copy;
             let encoder = &mut record.encoder;
             encoder.copy_buffer_to_buffer(slots, 0, before, 0, slots.size());
-            record.run(&pipelines.carry, per_hint(), &[&carry.group]);
+            record.run(&pipelines.carry, per_hint, &[&carry.group]);
         }
         if let Some(albedo) = &self.albedo {
-            record.run(&pipelines.albedo, per_hint(), &[albedo, scene, cache]);
+            record.run(&pipelines.albedo, per_hint, &[albedo, scene, cache]);
         }
         match (&self.lights, &inputs.light_maps.rsm_bind_group) {
             (Some(lights), Some(rsm)) => {
-                record.run(&pipelines.lights, per_hint(), &[lights, scene, cache, rsm]);
+                record.run(&pipelines.lights, per_hint, &[lights, scene, cache, rsm]);
             }
             _ => {
                 let (slots, bytes) = &self.clear;
@@ -95,26 +92,26 @@ impl HintsJob {
             }
         }
         let sources = self.sources.iter();
-        let sources = sources.map(|group| (per_hint(), [group, scene, cache]));
+        let sources = sources.map(|group| (per_hint, [group, scene, cache]));
         if !self.sources.is_empty() {
             record.run_all(&pipelines.bounce, None, sources);
         }
         for bounce in &self.bounces {
-            record.run(&pipelines.sum, per_cell(), &[&bounce.sum]);
+            record.run(&pipelines.sum, per_cell, &[&bounce.sum]);
             match (&bounce.from, inputs.voxels) {
                 (BounceFrom::Hints(exchange), _) => {
-                    record.run(&pipelines.exchange, per_hint(), &[exchange, scene, cache]);
+                    record.run(&pipelines.exchange, per_hint, &[exchange, scene, cache]);
                 }
                 (BounceFrom::Surfaces { light, gather }, Some(voxels)) => {
                     let per_voxel =
-                        Groups::Indirect(&voxels.arguments, 4 * u64::from(argument::VOXELS));
+                        Dispatch::Indirect(&voxels.arguments, 4 * u64::from(argument::VOXELS));
                     record.run(&pipelines.surfaces, per_voxel, &[light, scene, cache]);
-                    record.run(&pipelines.bounce, per_hint(), &[gather, scene, cache]);
+                    record.run(&pipelines.bounce, per_hint, &[gather, scene, cache]);
                 }
                 // No surface, no bounce.
                 (BounceFrom::Surfaces { .. }, None) => {}
             }
         }
-        record.run(&pipelines.sum, per_cell(), &[&self.sum]);
+        record.run(&pipelines.sum, per_cell, &[&self.sum]);
     }
 }

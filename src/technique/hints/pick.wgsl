@@ -4,7 +4,8 @@
 #import bevy_gi::scene::probes::bindings::probes
 #import bevy_gi::scene::probes::lookup::{probe_corner, probes_around}
 #import bevy_gi::scene::probes::types::probe_index
-#import bevy_gi::scene::voxels::trace::{load_voxel, trace_voxels}
+#import bevy_gi::scene::voxels::pool::load_voxel
+#import bevy_gi::scene::voxels::trace::trace_voxels
 #import bevy_gi::technique::hints::types::{HintsView, Picked}
 
 @group(0) @binding(3) var<storage, read_write> picked: Picked;

@@ -3,31 +3,36 @@
 use bevy::{
     asset::{AssetServer, Handle, load_embedded_asset},
     ecs::prelude::*,
+    math::{UVec2, Vec4},
     render::render_resource::{binding_types::*, *},
     shader::{Shader, ShaderDefVal},
 };
 
 use super::types::{self, GpuCarry, GpuHints, GpuStage};
 use crate::{
-    gpu::compute::ComputePass,
+    gpu::{
+        compute::{ComputePass, block},
+        layout::{GroupLayout, filtered, loaded, storage_read, storage_write, uniform},
+    },
     scene::{
         bind_group::scene_layout,
         light_maps::{rsm_layout, shader_defs as rsm_shader_defs},
-        probes::{cache_entries, shader_defs as probe_shader_defs},
+        probes::{cache_layout as probes_layout, shader_defs as probe_shader_defs},
     },
+    surface::depth::GpuCameraDepth,
     technique::Pipelines,
 };
 
 /// Pipelines of radiance hints, and the layouts of what they alone bind.
 #[derive(Resource)]
 pub struct HintsPipelines {
-    pub(super) lights_layout: BindGroupLayoutDescriptor,
-    pub(super) surfaces_layout: BindGroupLayoutDescriptor,
-    pub(super) gather_layout: BindGroupLayoutDescriptor,
-    pub(super) sum_layout: BindGroupLayoutDescriptor,
-    pub(super) exchange_layout: BindGroupLayoutDescriptor,
-    pub(super) carry_layout: BindGroupLayoutDescriptor,
-    pub(super) albedo_layout: BindGroupLayoutDescriptor,
+    pub(super) lights_layout: GroupLayout,
+    pub(super) surfaces_layout: GroupLayout,
+    pub(super) gather_layout: GroupLayout,
+    pub(super) sum_layout: GroupLayout,
+    pub(super) exchange_layout: GroupLayout,
+    pub(super) carry_layout: GroupLayout,
+    pub(super) albedo_layout: GroupLayout,
     pub(super) carry: ComputePass,
     pub(super) albedo: ComputePass,
     pub(super) lights: ComputePass,
@@ -36,6 +41,9 @@ pub struct HintsPipelines {
     pub(super) sum: ComputePass,
     pub(super) exchange: ComputePass,
 }
+
+/// Where `slots.wgsl` has the slots in group 0, after the pool of voxels.
+pub(super) const SLOTS: u32 = 3;
 
 /// Constants of the shaders, and of what they import.
 pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
@@ -47,127 +55,64 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
 }
 
 /// Group 2 of whatever looks the hints up; `bindings.wgsl` is its twin.
-pub(crate) fn cache_layout() -> BindGroupLayoutDescriptor {
-    let [probes, offsets, moments, sampler] = cache_entries();
-    BindGroupLayoutDescriptor::new(
-        "gi/hints/cache",
-        &BindGroupLayoutEntries::sequential(
-            // Debug views look them up, too.
-            ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
-            (
-                probes,
-                offsets,
-                moments,
-                sampler,
-                uniform_buffer::<GpuHints>(false),
-                texture_3d(TextureSampleType::Float { filterable: true }),
-            ),
-        ),
-    )
+pub(crate) fn cache_layout() -> GroupLayout {
+    probes_layout("gi/hints/cache")
+        .with("hints", uniform::<GpuHints>())
+        .with("coefficients", texture_3d(filtered()))
 }
 
 impl Pipelines for HintsPipelines {
     fn new(server: &AssetServer, cache: &PipelineCache) -> Self {
-        let read = || storage_buffer_read_only_sized(false, None);
-        let write = || storage_buffer_sized(false, None);
         let compute = ShaderStages::COMPUTE;
         let cache_layout = cache_layout();
-        let lights_layout = BindGroupLayoutDescriptor::new(
-            "gi/hints/lights",
-            &BindGroupLayoutEntries::with_indices(
-                compute,
-                (
-                    (0, read()),
-                    (1, read()),
-                    (4, write()),
-                    (
-                        6,
-                        texture_2d(TextureSampleType::Float { filterable: false }),
-                    ),
-                    (7, uniform_buffer_sized(false, None)),
-                ),
-            ),
-        );
-        let surfaces_layout = BindGroupLayoutDescriptor::new(
-            "gi/hints/surfaces",
-            &BindGroupLayoutEntries::sequential(
-                compute,
-                (
-                    uniform_buffer::<GpuStage>(false),
-                    read(),
-                    write(),
-                    read(),
-                    read(),
-                    read(),
-                ),
-            ),
-        );
-        let gather_layout = BindGroupLayoutDescriptor::new(
-            "gi/hints/bounce",
-            &BindGroupLayoutEntries::sequential(
-                compute,
-                (
-                    uniform_buffer::<GpuStage>(false),
-                    read(),
-                    read(),
-                    read(),
-                    write(),
-                ),
-            ),
-        );
+        let slots = storage_write::<Vec<Vec4>>;
+        let lights_layout = GroupLayout::new("gi/hints/lights", compute)
+            .with("brick_map", storage_read::<Vec<u32>>())
+            .with("occupancy", storage_read::<Vec<u32>>())
+            .with_at(SLOTS, "slots", slots())
+            .with("camera_depth", texture_2d(loaded()))
+            .with("camera", uniform::<GpuCameraDepth>());
+        let surfaces_layout = GroupLayout::new("gi/hints/surfaces", compute)
+            .with("brick_list", storage_read::<Vec<u32>>())
+            .with("reflected", storage_write::<Vec<UVec2>>())
+            .with("pool", storage_read::<Vec<u32>>())
+            .with("voxel_list", storage_read::<Vec<u32>>())
+            .with("counters", storage_read::<Vec<u32>>());
+        let gather_layout = GroupLayout::new("gi/hints/bounce", compute)
+            .with("stage", uniform::<GpuStage>())
+            .with("reflected", storage_read::<Vec<UVec2>>())
+            .with("pool", storage_read::<Vec<u32>>())
+            .with_at(SLOTS, "slots", slots())
+            .with("hits", storage_read::<Vec<UVec2>>());
         let target =
             texture_storage_3d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
-        let sum_layout = BindGroupLayoutDescriptor::new(
-            "gi/hints/sum",
-            &BindGroupLayoutEntries::with_indices(
-                compute,
-                (
-                    (0, uniform_buffer::<GpuStage>(false)),
-                    (1, target),
-                    (4, write()),
-                    (6, read()),
-                ),
-            ),
-        );
-        let exchange_layout = BindGroupLayoutDescriptor::new(
-            "gi/hints/exchange",
-            &BindGroupLayoutEntries::with_indices(
-                compute,
-                ((0, uniform_buffer::<GpuStage>(false)), (4, write())),
-            ),
-        );
-        let carry_layout = BindGroupLayoutDescriptor::new(
-            "gi/hints/carry",
-            &BindGroupLayoutEntries::with_indices(
-                compute,
-                (
-                    (0, uniform_buffer::<GpuCarry>(false)),
-                    (1, read()),
-                    (4, write()),
-                ),
-            ),
-        );
-        let albedo_layout = BindGroupLayoutDescriptor::new(
-            "gi/hints/albedo",
-            &BindGroupLayoutEntries::with_indices(
-                compute,
-                ((1, read()), (3, read()), (6, write())),
-            ),
-        );
+        let sum_layout = GroupLayout::new("gi/hints/sum", compute)
+            .with("stage", uniform::<GpuStage>())
+            .with("target_", target)
+            .with("albedos", storage_read::<Vec<Vec4>>())
+            .with_at(SLOTS, "slots", slots());
+        let exchange_layout = GroupLayout::new("gi/hints/exchange", compute)
+            .with("stage", uniform::<GpuStage>())
+            .with_at(SLOTS, "slots", slots());
+        let carry_layout = GroupLayout::new("gi/hints/carry", compute)
+            .with("carry_", uniform::<GpuCarry>())
+            .with("before", storage_read::<Vec<Vec4>>())
+            .with_at(SLOTS, "slots", slots());
+        let albedo_layout = GroupLayout::new("gi/hints/albedo", compute)
+            .with("hits", storage_read::<Vec<UVec2>>())
+            .with("albedos", storage_write::<Vec<Vec4>>())
+            .with("pool", storage_read::<Vec<u32>>());
         let rsm = rsm_layout();
         let bounce_shader: Handle<Shader> = load_embedded_asset!(server, "bounce.wgsl");
-        let pass = |name,
-                    layouts: &[&BindGroupLayoutDescriptor],
-                    shader: Handle<Shader>,
-                    entry,
-                    def: Option<&str>| {
+        let pass = |name, block, layouts: &[&GroupLayout], shader, entry, def: Option<&str>| {
             let mut defs = shader_defs();
             defs.extend(def.map(ShaderDefVal::from));
-            ComputePass::new(cache, name, layouts, shader, entry, defs)
+            ComputePass::new(cache, name, block, layouts, shader, entry, defs)
         };
         Self {
             carry: pass(
                 "gi/hints/carry",
+                block::LINE,
                 &[&carry_layout],
                 load_embedded_asset!(server, "carry.wgsl"),
                 "carry",
@@ -175,6 +120,7 @@ impl Pipelines for HintsPipelines {
             ),
             lights: pass(
                 "gi/hints/lights",
+                block::LINE,
                 &[&lights_layout, &scene_layout(), &cache_layout, &rsm],
                 load_embedded_asset!(server, "lights.wgsl"),
                 "gather_lights",
@@ -182,6 +128,7 @@ impl Pipelines for HintsPipelines {
             ),
             surfaces: pass(
                 "gi/hints/surfaces",
+                block::LINE,
                 &[&surfaces_layout, &scene_layout(), &cache_layout],
                 bounce_shader.clone(),
                 "light_surfaces",
@@ -189,6 +136,7 @@ impl Pipelines for HintsPipelines {
             ),
             bounce: pass(
                 "gi/hints/bounce",
+                block::LINE,
                 &[&gather_layout, &scene_layout(), &cache_layout],
                 bounce_shader,
                 "gather_surfaces",
@@ -196,6 +144,7 @@ impl Pipelines for HintsPipelines {
             ),
             sum: pass(
                 "gi/hints/sum",
+                block::CUBE,
                 &[&sum_layout],
                 load_embedded_asset!(server, "sum.wgsl"),
                 "sum_slots",
@@ -203,6 +152,7 @@ impl Pipelines for HintsPipelines {
             ),
             exchange: pass(
                 "gi/hints/exchange",
+                block::LINE,
                 &[&exchange_layout, &scene_layout(), &cache_layout],
                 load_embedded_asset!(server, "exchange.wgsl"),
                 "gather_hints_around",
@@ -210,6 +160,7 @@ impl Pipelines for HintsPipelines {
             ),
             albedo: pass(
                 "gi/hints/albedo",
+                block::LINE,
                 &[&albedo_layout, &scene_layout(), &cache_layout],
                 load_embedded_asset!(server, "albedo.wgsl"),
                 "average_albedo",

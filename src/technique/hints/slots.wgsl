@@ -9,7 +9,7 @@ const UNKNOWN: f32 = -1.0;
 // Coefficients of radiance in nits: of each slot, for each coefficient, a block of all hints. The fourth component of
 // the first says by how much the light changed, those of the next two of lamps have the distances below: a buffer
 // of their own would be one too many for WebGPU.
-@group(0) @binding(4) var<storage, read_write> slots: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read_write> slots: array<vec4<f32>>;
 
 // Where coefficient `i` of a hint is, of `count` hints with `coefficients` each.
 fn slot_index(slot: u32, i: u32, probe: u32, coefficients: u32, count: u32) -> u32 {

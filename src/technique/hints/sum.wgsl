@@ -6,8 +6,7 @@
 
 @group(0) @binding(0) var<uniform> stage: Stage;
 @group(0) @binding(1) var target_: texture_storage_3d<rgba16float, write>;
-// 4 is `bevy_gi::technique::hints::slots`.
-@group(0) @binding(6) var<storage, read> albedos: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> albedos: array<vec4<f32>>;
 
 // One thread a hint.
 @compute @workgroup_size(4, 4, 4)

@@ -150,15 +150,15 @@ impl VctCache {
     fn lookup(&self, frame: &Frame<VoxelConeTracing>) -> BindGroup {
         let mut uniform = UniformBuffer::from(GpuCones::new(frame.settings, self.unit));
         uniform.write_buffer(frame.device, frame.queue);
-        frame.device.create_bind_group(
-            "gi/vct/cache",
-            &frame.cache.get_bind_group_layout(&cache_layout()),
-            &BindGroupEntries::sequential((
-                &uniform,
+        cache_layout()
+            .bind(frame.device, frame.cache)
+            .with("cones", &uniform)
+            .with(
+                "cells",
                 &self.texture.create_view(&TextureViewDescriptor::default()),
-                &self.sampler,
-            )),
-        )
+            )
+            .with("cell_sampler", &self.sampler)
+            .build()
     }
 
     /// The bind groups for what is planned.
@@ -184,36 +184,34 @@ impl VctCache {
         };
         let [bounced, radiance] = [self.bounced, 1 - self.bounced].map(|i| &self.voxel_light[i]);
         let group = |slice: u32| {
-            device.create_bind_group(
-                "gi/vct/voxels",
-                &cache.get_bind_group_layout(&pipelines.voxel_layout),
-                &BindGroupEntries::sequential((
-                    &pass(slice),
-                    voxels.pool.as_entire_binding(),
-                    voxels.brick_list.as_entire_binding(),
-                    voxels.voxel_list.as_entire_binding(),
-                    voxels.counters.as_entire_binding(),
-                    bounced.as_entire_binding(),
-                    radiance.as_entire_binding(),
-                )),
-            )
+            pipelines
+                .voxel_layout
+                .bind(device, cache)
+                .with("pass_", &pass(slice))
+                .with("pool", voxels.pool.as_entire_binding())
+                .with("brick_list", voxels.brick_list.as_entire_binding())
+                .with("voxel_list", voxels.voxel_list.as_entire_binding())
+                .with("counters", voxels.counters.as_entire_binding())
+                .with("bounced", bounced.as_entire_binding())
+                .with("other", radiance.as_entire_binding())
+                .build()
         };
         let carry = plan.captured.then(|| {
-            device.create_bind_group(
-                "gi/vct/carry",
-                &cache.get_bind_group_layout(&pipelines.carry_layout),
-                &BindGroupEntries::sequential((
-                    &pass(0),
-                    voxels.pool.as_entire_binding(),
-                    voxels.brick_list.as_entire_binding(),
-                    voxels.voxel_list.as_entire_binding(),
-                    voxels.counters.as_entire_binding(),
-                    bounced.as_entire_binding(),
-                    // Not radiance yet: the bounced light of before.
-                    radiance.as_entire_binding(),
+            pipelines
+                .carry_layout
+                .bind(device, cache)
+                .with("pass_", &pass(0))
+                .with("brick_list", voxels.brick_list.as_entire_binding())
+                .with("voxel_list", voxels.voxel_list.as_entire_binding())
+                .with("counters", voxels.counters.as_entire_binding())
+                .with("bounced", bounced.as_entire_binding())
+                // Not radiance yet: the bounced light of before.
+                .with("other", radiance.as_entire_binding())
+                .with(
+                    "previous_brick_map",
                     voxels.brick_maps[1 - voxels.current].as_entire_binding(),
-                )),
-            )
+                )
+                .build()
         });
         let level_view = |level: u32| {
             self.texture.create_view(&TextureViewDescriptor {
@@ -233,36 +231,33 @@ impl VctCache {
             uniform.write_buffer(device, queue);
             uniform
         };
-        let filter_voxels = device.create_bind_group(
-            "gi/vct/filter_voxels",
-            &cache.get_bind_group_layout(&pipelines.filter_voxels_layout),
-            &BindGroupEntries::sequential((
-                &mip(0),
-                &level_view(0),
-                voxels.brick_list.as_entire_binding(),
-                voxels.pool.as_entire_binding(),
-                radiance.as_entire_binding(),
-                voxels.counters.as_entire_binding(),
-            )),
-        );
+        let filter_voxels = pipelines
+            .filter_voxels_layout
+            .bind(device, cache)
+            .with("mip", &mip(0))
+            .with("destination", &level_view(0))
+            .with("brick_list", voxels.brick_list.as_entire_binding())
+            .with("pool", voxels.pool.as_entire_binding())
+            .with("radiance", radiance.as_entire_binding())
+            .with("counters", voxels.counters.as_entire_binding())
+            .build();
         let clear_cells = plan.captured.then(|| {
-            device.create_bind_group(
-                "gi/vct/clear_cells",
-                &cache.get_bind_group_layout(&pipelines.clear_cells_layout),
-                &BindGroupEntries::sequential((&mip(0), &level_view(0))),
-            )
+            pipelines
+                .clear_cells_layout
+                .bind(device, cache)
+                .with("mip", &mip(0))
+                .with("destination", &level_view(0))
+                .build()
         });
         let filter_cells = (1..cells.len())
             .map(|level| {
-                device.create_bind_group(
-                    "gi/vct/filter_cells",
-                    &cache.get_bind_group_layout(&pipelines.filter_cells_layout),
-                    &BindGroupEntries::sequential((
-                        &mip(level),
-                        &level_view(level as u32),
-                        &level_view(level as u32 - 1),
-                    )),
-                )
+                pipelines
+                    .filter_cells_layout
+                    .bind(device, cache)
+                    .with("mip", &mip(level))
+                    .with("destination", &level_view(level as u32))
+                    .with("finer", &level_view(level as u32 - 1))
+                    .build()
             })
             .collect();
         VctJob {

@@ -9,7 +9,7 @@ use bevy::{
     ecs::{prelude::*, schedule::IntoScheduleConfigs},
     render::{
         Render, RenderApp, RenderStartup,
-        render_resource::{binding_types::*, *},
+        render_resource::*,
         renderer::{RenderDevice, RenderQueue},
     },
 };
@@ -24,7 +24,10 @@ use crate::{
         GiDebugSettings, Painter,
         voxels::{GpuVoxelView, VoxelView, voxel_view_pass, voxel_view_uniform},
     },
-    gpu::fullscreen::FullscreenPass,
+    gpu::{
+        fullscreen::FullscreenPass,
+        layout::{GroupLayout, uniform},
+    },
     scene::bind_group::SceneBindGroup,
     schedule::GiPrepare,
     technique::{Cache, possible},
@@ -36,7 +39,7 @@ const NAME: &str = "gi/vct/show_cells";
 struct CellsView {
     shader: Arc<FullscreenPass>,
     /// Group 3.
-    layout: BindGroupLayoutDescriptor,
+    layout: GroupLayout,
 }
 
 pub(super) struct CellsViewPlugin;
@@ -64,13 +67,8 @@ impl Plugin for CellsViewPlugin {
 }
 
 fn init_view(mut commands: Commands, server: Res<AssetServer>, fullscreen: Res<FullscreenShader>) {
-    let layout = BindGroupLayoutDescriptor::new(
-        NAME,
-        &BindGroupLayoutEntries::single(
-            ShaderStages::FRAGMENT,
-            uniform_buffer::<GpuVoxelView>(false),
-        ),
-    );
+    let layout =
+        GroupLayout::new(NAME, ShaderStages::FRAGMENT).with("shown", uniform::<GpuVoxelView>());
     let shader = load_embedded_asset!(server.as_ref(), "debug.wgsl");
     commands.insert_resource(CellsView {
         shader: voxel_view_pass(
@@ -99,11 +97,11 @@ fn show_cells(
         let Some(lookup) = cells.bind_group() else {
             continue;
         };
-        let own = device.create_bind_group(
-            NAME,
-            &cache.get_bind_group_layout(&view.layout),
-            &BindGroupEntries::single(&uniform),
-        );
+        let own = view
+            .layout
+            .bind(&device, &cache)
+            .with("shown", &uniform)
+            .build();
         commands.entity(entity).insert(VoxelView {
             name: NAME,
             shader: view.shader.clone(),

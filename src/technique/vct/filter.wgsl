@@ -5,7 +5,11 @@
 
 #import bevy_gi::gpu::pack::unpack_radiance
 #import bevy_gi::scene::opacity::cells::{coverage, facing, row}
-#import bevy_gi::scene::voxels::types::{BRICK_VOXELS, WORDS, brick_coords, local_index, unpack_voxel}
+#ifdef VOXELS
+#import bevy_gi::gpu::row::{LANES, row_index}
+#import bevy_gi::scene::voxels::pool::load_voxel
+#import bevy_gi::scene::voxels::types::{BRICK_VOXELS, brick_coords, local_index}
+#endif
 
 struct Mip {
     cells: vec3<u32>,
@@ -48,15 +52,14 @@ fn clear_cells(@builtin(global_invocation_id) cell: vec3<u32>) {
 #endif
 
 #ifdef VOXELS
-@group(0) @binding(2) var<storage, read> brick_list: array<u32>;
-@group(0) @binding(3) var<storage, read> pool: array<u32>;
+@group(0) @binding(3) var<storage, read> brick_list: array<u32>;
 @group(0) @binding(4) var<storage, read> radiance: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> counters: array<u32>;
 
 // One thread a cell of level 0, of which a brick has 8.
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn filter_voxels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let i = (group.y * #{ARGUMENT_ROW}u + group.x) * 64u + lane;
+    let i = row_index(group, lane);
     let slot = i / 8u;
     if slot >= min(counters[#{COUNTER_BRICKS}u], arrayLength(&brick_list)) {
         return;
@@ -71,8 +74,7 @@ fn filter_voxels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
     for (var i = 0u; i < 8u; i++) {
         let at = cell * 2u + vec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
         let index = slot * BRICK_VOXELS + local_index(at);
-        let words = index * WORDS;
-        let voxel = unpack_voxel(vec3(pool[words], pool[words + 1u], pool[words + 2u]));
+        let voxel = load_voxel(index);
         let light = radiance[index];
         // Half floats end there.
         front[i] = min(unpack_radiance(light.x) / mip.unit, vec3(65504.0));

@@ -2,21 +2,22 @@
 
 #import bevy_gi::gpu::pack::{pack_radiance, unpack_radiance}
 #import bevy_gi::gpu::random::hash3
+#import bevy_gi::gpu::row::{LANES, row_index}
 #import bevy_gi::scene::voxels::types::{
-    BRICK, BRICK_VOXELS, Voxel, WORDS, brick_coords, brick_index, brick_slice, local_coords,
-    local_index, unpack_voxel, voxel_center,
+    BRICK, BRICK_VOXELS, Voxel, brick_coords, brick_index, local_coords, local_index, voxel_center,
 }
 #ifdef BOUNCE
 #import bevy_gi::scene::bindings::volume
+#import bevy_gi::scene::voxels::pool::load_voxel
 #import bevy_gi::technique::vct::lookup::diffuse_cones
 #import bevy_gi::technique::vct::bindings::cones
 #endif
 #ifdef LIGHT
 #import bevy_gi::scene::bindings::volume
 #import bevy_gi::scene::lights::direct_irradiance
+#import bevy_gi::scene::voxels::pool::load_voxel
+#import bevy_render::maths::PI
 #endif
-
-const PI: f32 = 3.14159265359;
 
 struct VoxelPass {
     slice: u32,
@@ -26,8 +27,7 @@ struct VoxelPass {
 }
 
 @group(0) @binding(0) var<uniform> pass_: VoxelPass;
-@group(0) @binding(1) var<storage, read> pool: array<u32>;
-@group(0) @binding(2) var<storage, read> brick_list: array<u32>;
+@group(0) @binding(1) var<storage, read> brick_list: array<u32>;
 @group(0) @binding(3) var<storage, read> voxel_list: array<u32>;
 @group(0) @binding(4) var<storage, read> counters: array<u32>;
 // Bounced irradiance over pi of front and back, one pair of words a voxel of the pool.
@@ -43,7 +43,7 @@ struct Item {
 }
 
 fn item(group: vec3<u32>, lane: u32, first: u32, count: u32) -> Item {
-    let i = (group.y * #{ARGUMENT_ROW}u + group.x) * 64u + lane;
+    let i = row_index(group, lane);
     if i >= count {
         return Item(false, 0u, vec3(0u));
     }
@@ -52,16 +52,11 @@ fn item(group: vec3<u32>, lane: u32, first: u32, count: u32) -> Item {
     return Item(true, index, brick * BRICK + local_coords(index % BRICK_VOXELS));
 }
 
-fn load_voxel(index: u32) -> Voxel {
-    let at = index * WORDS;
-    return unpack_voxel(vec3(pool[at], pool[at + 1u], pool[at + 2u]));
-}
-
 #ifdef CARRY
-@group(0) @binding(7) var<storage, read> previous_brick_map: array<u32>;
+@group(0) @binding(2) var<storage, read> previous_brick_map: array<u32>;
 
 // After a capture: each voxel finds the bounced light that it had before.
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn carry(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let v = item(group, lane, 0u, counters[#{COUNTER_VOXELS}u]);
     if !v.exists {
@@ -107,7 +102,7 @@ fn previous(at: vec3<i32>) -> vec2<u32> {
 
 #ifdef BOUNCE
 // Traces the light that arrives at the voxels of one slice from all others.
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn bounce(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let first = counters[#{COUNTER_SLICE_START}u + pass_.slice];
     let v = item(group, lane, first, counters[#{COUNTER_SLICE_COUNT}u + pass_.slice]);
@@ -136,7 +131,7 @@ fn side(voxel: Voxel, p: vec3<f32>, n: vec3<f32>, bounced: vec3<f32>) -> vec3<f3
 }
 
 // Lights every voxel.
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn light(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let v = item(group, lane, 0u, counters[#{COUNTER_VOXELS}u]);
     if !v.exists {

@@ -8,8 +8,8 @@
 }
 #import bevy_gi::scene::sky::sky_radiance
 #import bevy_gi::technique::vct::bindings::{cell_sampler, cells, cones}
+#import bevy_render::maths::{HALF_PI, PI_2}
 
-const PI: f32 = 3.14159265359;
 const GOLDEN_ANGLE: f32 = 2.39996323;
 
 fn march() -> March {
@@ -63,12 +63,12 @@ fn cone_direction(i: u32, count: u32, turn: f32) -> vec3<f32> {
         if i == 0u {
             return vec3(0.0, 0.0, 1.0);
         }
-        let phi = f32(i - 1u) * 0.5 * PI;
+        let phi = f32(i - 1u) * HALF_PI;
         return vec3(cos(phi), sin(phi), 1.0) * 0.70710678;
     }
     // A Vogel spiral on the disk, lifted to the hemisphere: cosine-distributed.
     let r2 = (f32(i) + 0.5) / f32(count);
-    let phi = GOLDEN_ANGLE * f32(i) + 2.0 * PI * turn;
+    let phi = GOLDEN_ANGLE * f32(i) + PI_2 * turn;
     return vec3(sqrt(r2) * vec2(cos(phi), sin(phi)), sqrt(1.0 - r2));
 }
 

@@ -49,13 +49,12 @@ pub use settings::{ConeLayout, VoxelConeTracing, VoxelConeTracingSettings};
 use bevy::{
     app::App,
     asset::{AssetServer, embedded_asset, load_embedded_asset},
-    render::render_resource::BindGroupLayoutDescriptor,
     shader::load_shader_library,
 };
 
 use super::{LookupShader, Technique};
 use crate::{
-    gpu::caps::DeviceNeeds,
+    gpu::{caps::DeviceNeeds, layout::GroupLayout},
     scene::{needs::SceneNeeds, volume::MAX_RESOLUTION},
 };
 
@@ -92,7 +91,7 @@ impl Technique for VoxelConeTracing {
         }
     }
 
-    fn cache_layout() -> BindGroupLayoutDescriptor {
+    fn cache_layout() -> GroupLayout {
         pipelines::cache_layout()
     }
 

@@ -8,7 +8,7 @@ use bevy::{
 use super::pipelines::VctPipelines;
 use crate::{
     gpu::{
-        compute::{Groups, Recorder, groups},
+        compute::{Dispatch, Recorder},
         statistics::Tracked,
     },
     scene::voxels::{SceneVoxels, argument},
@@ -41,7 +41,7 @@ impl VctJob {
         cache: &BindGroup,
         record: &mut Recorder,
     ) {
-        let arguments = |word: u32| Groups::Indirect(&voxels.arguments, 4 * u64::from(word));
+        let arguments = |word: u32| Dispatch::Indirect(&voxels.arguments, 4 * u64::from(word));
         if let Some(bounced) = &self.clear {
             record.encoder.clear_buffer(bounced, 0, None);
         }
@@ -58,11 +58,10 @@ impl VctJob {
             arguments(argument::VOXELS),
             &[&self.light, scene],
         );
-        let block = UVec3::splat(4);
         if let Some(clear) = &self.clear_cells {
             record.run(
                 &pipelines.clear_cells,
-                groups(self.cells[0], block),
+                Dispatch::Threads(self.cells[0]),
                 &[clear],
             );
         }
@@ -72,7 +71,7 @@ impl VctJob {
             &[&self.filter_voxels],
         );
         let levels = self.filter_cells.iter().zip(&self.cells[1..]);
-        let levels = levels.map(|(group, cells)| (groups(*cells, block), [group]));
+        let levels = levels.map(|(group, cells)| (Dispatch::Threads(*cells), [group]));
         record.run_all(&pipelines.filter_cells, None, levels);
     }
 }

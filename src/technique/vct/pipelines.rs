@@ -3,6 +3,7 @@
 use bevy::{
     asset::{AssetServer, Handle, load_embedded_asset},
     ecs::prelude::*,
+    math::UVec2,
     render::render_resource::{binding_types::*, *},
     shader::{Shader, ShaderDefVal},
 };
@@ -12,7 +13,10 @@ use super::{
     types::{DIRECTIONS, GpuCones, GpuMip, GpuVoxelPass},
 };
 use crate::{
-    gpu::compute::ComputePass,
+    gpu::{
+        compute::{ComputePass, block},
+        layout::{GroupLayout, filtered, loaded, storage_read, storage_write, uniform},
+    },
     scene::{bind_group::scene_layout, lights, voxels::shader_defs as voxel_shader_defs},
     technique::Pipelines,
 };
@@ -20,11 +24,11 @@ use crate::{
 /// Pipelines of voxel cone tracing, and the layouts of what they alone bind.
 #[derive(Resource)]
 pub struct VctPipelines {
-    pub(super) voxel_layout: BindGroupLayoutDescriptor,
-    pub(super) carry_layout: BindGroupLayoutDescriptor,
-    pub(super) clear_cells_layout: BindGroupLayoutDescriptor,
-    pub(super) filter_voxels_layout: BindGroupLayoutDescriptor,
-    pub(super) filter_cells_layout: BindGroupLayoutDescriptor,
+    pub(super) voxel_layout: GroupLayout,
+    pub(super) carry_layout: GroupLayout,
+    pub(super) clear_cells_layout: GroupLayout,
+    pub(super) filter_voxels_layout: GroupLayout,
+    pub(super) filter_cells_layout: GroupLayout,
     pub(super) carry: ComputePass,
     pub(super) bounce: ComputePass,
     pub(super) light: ComputePass,
@@ -46,109 +50,65 @@ pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
 }
 
 /// Group 2 of whatever looks the cache up; `bindings.wgsl` is its twin.
-pub(crate) fn cache_layout() -> BindGroupLayoutDescriptor {
-    BindGroupLayoutDescriptor::new(
+pub(crate) fn cache_layout() -> GroupLayout {
+    GroupLayout::new(
         "gi/vct/cache",
-        &BindGroupLayoutEntries::sequential(
-            // Debug views look it up, too.
-            ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
-            (
-                uniform_buffer::<GpuCones>(false),
-                texture_3d(TextureSampleType::Float { filterable: true }),
-                sampler(SamplerBindingType::Filtering),
-            ),
-        ),
+        // Debug views look it up, too.
+        ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
     )
+    .with("cones", uniform::<GpuCones>())
+    .with("cells", texture_3d(filtered()))
+    .with("cell_sampler", sampler(SamplerBindingType::Filtering))
 }
 
 impl Pipelines for VctPipelines {
     fn new(server: &AssetServer, cache: &PipelineCache) -> Self {
-        let read = || storage_buffer_read_only_sized(false, None);
-        let write = || storage_buffer_sized(false, None);
         let cell_texture =
             || texture_storage_3d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
-        let layout = |name: &'static str, entries: &[BindGroupLayoutEntry]| {
-            BindGroupLayoutDescriptor::new(name, entries)
-        };
         let compute = ShaderStages::COMPUTE;
         let cache_layout = cache_layout();
-        let voxel_layout = layout(
-            "gi/vct/voxels",
-            &BindGroupLayoutEntries::sequential(
-                compute,
-                (
-                    uniform_buffer::<GpuVoxelPass>(false),
-                    read(),
-                    read(),
-                    read(),
-                    read(),
-                    write(),
-                    write(),
-                ),
-            ),
-        );
-        let carry_layout = layout(
-            "gi/vct/carry",
-            &BindGroupLayoutEntries::sequential(
-                compute,
-                (
-                    uniform_buffer::<GpuVoxelPass>(false),
-                    read(),
-                    read(),
-                    read(),
-                    read(),
-                    write(),
-                    write(),
-                    read(),
-                ),
-            ),
-        );
-        let filter_voxels_layout = layout(
-            "gi/vct/filter_voxels",
-            &BindGroupLayoutEntries::sequential(
-                compute,
-                (
-                    uniform_buffer::<GpuMip>(false),
-                    cell_texture(),
-                    read(),
-                    read(),
-                    read(),
-                    read(),
-                ),
-            ),
-        );
-        let clear_cells_layout = layout(
-            "gi/vct/clear_cells",
-            &BindGroupLayoutEntries::sequential(
-                compute,
-                (uniform_buffer::<GpuMip>(false), cell_texture()),
-            ),
-        );
-        let filter_cells_layout = layout(
-            "gi/vct/filter_cells",
-            &BindGroupLayoutEntries::sequential(
-                compute,
-                (
-                    uniform_buffer::<GpuMip>(false),
-                    cell_texture(),
-                    texture_3d(TextureSampleType::Float { filterable: false }),
-                ),
-            ),
-        );
+        let voxel_layout = GroupLayout::new("gi/vct/voxels", compute)
+            .with("pass_", uniform::<GpuVoxelPass>())
+            .with("brick_list", storage_read::<Vec<u32>>())
+            .with("pool", storage_read::<Vec<u32>>())
+            .with("voxel_list", storage_read::<Vec<u32>>())
+            .with("counters", storage_read::<Vec<u32>>())
+            .with("bounced", storage_write::<Vec<UVec2>>())
+            .with("other", storage_write::<Vec<UVec2>>());
+        let carry_layout = GroupLayout::new("gi/vct/carry", compute)
+            .with("pass_", uniform::<GpuVoxelPass>())
+            .with("brick_list", storage_read::<Vec<u32>>())
+            .with("previous_brick_map", storage_read::<Vec<u32>>())
+            .with("voxel_list", storage_read::<Vec<u32>>())
+            .with("counters", storage_read::<Vec<u32>>())
+            .with("bounced", storage_write::<Vec<UVec2>>())
+            .with("other", storage_write::<Vec<UVec2>>());
+        let filter_voxels_layout = GroupLayout::new("gi/vct/filter_voxels", compute)
+            .with("mip", uniform::<GpuMip>())
+            .with("destination", cell_texture())
+            .with("pool", storage_read::<Vec<u32>>())
+            .with("brick_list", storage_read::<Vec<u32>>())
+            .with("radiance", storage_read::<Vec<UVec2>>())
+            .with("counters", storage_read::<Vec<u32>>());
+        let clear_cells_layout = GroupLayout::new("gi/vct/clear_cells", compute)
+            .with("mip", uniform::<GpuMip>())
+            .with("destination", cell_texture());
+        let filter_cells_layout = GroupLayout::new("gi/vct/filter_cells", compute)
+            .with("mip", uniform::<GpuMip>())
+            .with("destination", cell_texture())
+            .with("finer", texture_3d(loaded()));
         let light_shader: Handle<Shader> = load_embedded_asset!(server, "light.wgsl");
         let filter_shader: Handle<Shader> = load_embedded_asset!(server, "filter.wgsl");
-        let pass = |name,
-                    layouts: &[&BindGroupLayoutDescriptor],
-                    shader: &Handle<Shader>,
-                    entry,
-                    def: &str| {
-            let mut defs = shader_defs();
-            defs.push(def.into());
-            ComputePass::new(cache, name, layouts, shader.clone(), entry, defs)
-        };
+        let pass =
+            |name, block, layouts: &[&GroupLayout], shader: &Handle<Shader>, entry, def: &str| {
+                let mut defs = shader_defs();
+                defs.push(def.into());
+                ComputePass::new(cache, name, block, layouts, shader.clone(), entry, defs)
+            };
         Self {
             carry: pass(
                 "gi/vct/carry",
+                block::LINE,
                 &[&carry_layout],
                 &light_shader,
                 "carry",
@@ -156,6 +116,7 @@ impl Pipelines for VctPipelines {
             ),
             bounce: pass(
                 "gi/vct/bounce",
+                block::LINE,
                 &[&voxel_layout, &scene_layout(), &cache_layout],
                 &light_shader,
                 "bounce",
@@ -163,6 +124,7 @@ impl Pipelines for VctPipelines {
             ),
             light: pass(
                 "gi/vct/light",
+                block::LINE,
                 &[&voxel_layout, &scene_layout()],
                 &light_shader,
                 "light",
@@ -170,6 +132,7 @@ impl Pipelines for VctPipelines {
             ),
             clear_cells: pass(
                 "gi/vct/clear_cells",
+                block::CUBE,
                 &[&clear_cells_layout],
                 &filter_shader,
                 "clear_cells",
@@ -177,6 +140,7 @@ impl Pipelines for VctPipelines {
             ),
             filter_voxels: pass(
                 "gi/vct/filter_voxels",
+                block::LINE,
                 &[&filter_voxels_layout],
                 &filter_shader,
                 "filter_voxels",
@@ -184,6 +148,7 @@ impl Pipelines for VctPipelines {
             ),
             filter_cells: pass(
                 "gi/vct/filter_cells",
+                block::CUBE,
                 &[&filter_cells_layout],
                 &filter_shader,
                 "filter_cells",
