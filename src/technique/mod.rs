@@ -51,6 +51,7 @@ use bevy::{
     asset::{AssetServer, Handle},
     ecs::{component::Mutable, prelude::*},
     render::{
+        extract_resource::ExtractResource,
         render_resource::{BindGroup, BindGroupLayoutDescriptor, PipelineCache},
         renderer::{RenderDevice, RenderQueue},
     },
@@ -64,7 +65,7 @@ use crate::{
         probes::SceneProbes, rsm::SceneRsm, units::LightUnits, volume::ExtractedVolume,
         voxels::SceneVoxels,
     },
-    settings::{GiSettings, GiTechnique},
+    settings::{GiCaptureSettings, GiSettings, GiTechnique},
     surface::depth::CameraDepth,
 };
 pub use crate::{
@@ -77,7 +78,7 @@ pub use crate::{
         bind_group::{LightingVersion, SceneBindGroup, scene_layout},
         needs::SceneNeeds,
     },
-    settings::{Clamp, Clamped, SettingsResource},
+    settings::{Clamp, Parameters, Preset},
 };
 
 /// An algorithm that computes indirect light. The [module](self) says what runs when.
@@ -91,8 +92,8 @@ pub trait Technique: Sized + Send + Sync + 'static {
     /// with a reason in the log. Default: nothing.
     const DEVICE: DeviceNeeds = DeviceNeeds::NONE;
 
-    /// Parameters.
-    type Settings: SettingsResource;
+    /// Parameters, a resource.
+    type Settings: Parameters + Resource + ExtractResource<Source = Self::Settings>;
     /// Compute pipelines.
     type Pipelines: Pipelines;
     /// The light that it stores for a volume.
@@ -180,8 +181,10 @@ impl Pipelines for NoPipelines {
 pub struct Frame<'a, T: Technique> {
     /// Parameters of the technique.
     pub settings: &'a T::Settings,
-    /// Parameters common to all techniques.
+    /// How the scene is lit.
     pub gi: &'a GiSettings,
+    /// Budget of the capture.
+    pub capture: &'a GiCaptureSettings,
     /// Debug views.
     pub debug: &'a GiDebugSettings,
     /// Number of calls of [`GiHistory::reset`](crate::GiHistory::reset) so far.

@@ -25,7 +25,7 @@ use crate::{
         light_views::LitScene,
         lights::SceneLight,
     },
-    settings::{GiSettings, LightShare},
+    settings::{GiCaptureSettings, LightShare},
 };
 
 /// Virtual point lights that a lamp has at least, on the mean, whatever others there are: about as many as walls, floor and
@@ -286,7 +286,7 @@ fn page_view(texture: &Texture, page: u32) -> TextureView {
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(super) fn prepare_maps(
     mut rsm: ResMut<SceneRsm>,
-    settings: Res<GiSettings>,
+    settings: Res<GiCaptureSettings>,
     views: Res<CaptureViews<RsmCapture>>,
     pipelines: Option<Res<RsmPipelines>>,
     mut queue: ResMut<CaptureQueue>,

@@ -20,13 +20,13 @@ use crate::{
         visibility::SceneCasters,
         volume::VolumeGrid,
     },
-    settings::GiSettings,
+    settings::GiCaptureSettings,
 };
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn extract_rsm_views(
     mut commands: Commands,
-    settings: Extract<Res<GiSettings>>,
+    settings: Extract<Res<GiCaptureSettings>>,
     casters: Extract<Res<SceneCasters>>,
     grids: Extract<Query<(Entity, &VolumeGrid)>>,
     cameras: Extract<Query<(&Camera, &GlobalTransform), With<GiCamera>>>,
@@ -48,7 +48,7 @@ pub(crate) fn extract_rsm_views(
                 interval: |light| light.rsm_interval,
                 maps: settings.max_shadow_maps,
                 updates: settings.rsm_updates as usize,
-                frozen: settings.freeze_capture,
+                frozen: settings.freeze,
             };
             let wanted = rsm.maps.update(&scene, &lights.lights, |_| true, &limits);
             rsm.look_from_volumes(&scene, &lights.lights);

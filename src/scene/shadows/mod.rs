@@ -51,7 +51,7 @@ use crate::{
         statistics::{GiStatistics, Tracked},
     },
     schedule::{GiPrepare, GiSystems},
-    settings::GiSettings,
+    settings::GiCaptureSettings,
 };
 
 const NAME: &str = "gi/scene/shadow_maps";
@@ -215,7 +215,7 @@ fn init_clear(mut commands: Commands, server: Res<AssetServer>, cache: Res<Pipel
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn extract_shadow_views(
     mut commands: Commands,
-    settings: Extract<Res<GiSettings>>,
+    settings: Extract<Res<GiCaptureSettings>>,
     casters: Extract<Res<SceneCasters>>,
     grids: Extract<Query<(Entity, &VolumeGrid)>>,
     cameras: Extract<Query<(&Camera, &GlobalTransform), With<GiCamera>>>,
@@ -237,7 +237,7 @@ fn extract_shadow_views(
                 interval: |_| 1,
                 maps: settings.max_shadow_maps,
                 updates: UPDATES,
-                frozen: settings.freeze_capture,
+                frozen: settings.freeze,
             };
             maps.update(&scene, &lights.lights, |light| light.shadows, &limits)
         }

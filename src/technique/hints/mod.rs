@@ -56,8 +56,8 @@ mod types;
 pub use cache::HintsCache;
 pub use pipelines::HintsPipelines;
 pub use settings::{
-    HintBounce, HintOcclusion, HintReconstruction, HintSampling, RadianceHints,
-    RadianceHintsSettings, ShOrder,
+    HintAlbedo, HintBounce, HintDepthTest, HintDisk, HintExchange, HintOcclusion,
+    HintReconstruction, HintSampling, HintTaps, RadianceHints, RadianceHintsSettings, ShOrder,
 };
 
 use bevy::{
@@ -111,7 +111,7 @@ impl Technique for RadianceHints {
             probes: true,
             // The light of all slots.
             probe_bytes: 16 * settings.order.coefficients() * cache::slot_count(settings),
-            camera_depth: settings.occlusion == HintOcclusion::CameraDepth,
+            camera_depth: matches!(settings.occlusion, HintOcclusion::CameraDepth(_)),
             ..Default::default()
         }
     }
