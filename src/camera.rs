@@ -148,12 +148,16 @@ impl GiCamera {
             GiQuality::High => GatherResolution::Half,
             GiQuality::Ultra => GatherResolution::Full,
         };
+        let Self {
+            history_frames,
+            denoise_radius,
+            ..
+        } = Self::new();
         Self {
-            technique: self.technique,
-            strength: self.strength,
-            reset: self.reset,
             resolution,
-            ..Self::new()
+            history_frames,
+            denoise_radius,
+            ..self
         }
     }
 
@@ -242,7 +246,7 @@ fn find_primary(
     cameras: Query<(Entity, &Camera), With<GiCamera>>,
     mut primary: ResMut<PrimaryGiCamera>,
 ) {
-    primary.set_if_neq(PrimaryGiCamera::of(&cameras));
+    primary.set_if_neq(PrimaryGiCamera::of(cameras));
 }
 
 fn extract_primary(

@@ -65,8 +65,9 @@ impl PluginGroup for GiPlugins {
             .add(GpuPlugin)
             .add(SurfacePlugin)
             .add(ScenePlugin)
-            .add(ApplyPlugin)
+            // Before what has views of its own.
             .add(DebugPlugin)
+            .add(ApplyPlugin)
             // Techniques: a new one is a folder, and a line here.
             .add(TechniquePlugin::<VoxelConeTracing>::default())
             .add(TechniquePlugin::<RadianceHints>::default())

@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use bevy::{
     log::LogPlugin,
     prelude::*,
-    reflect::{GetPath, PartialReflect, TypeInfo, TypeRegistry, serde::TypedReflectDeserializer},
+    reflect::{
+        GetPath, PartialReflect, TypeInfo, TypeRegistry, enums::VariantInfo,
+        serde::TypedReflectDeserializer,
+    },
     render::{
         RenderPlugin,
         settings::{RenderCreation, WgpuSettings},
@@ -303,28 +306,68 @@ fn list_fields(entry: &SettingsEntry) {
         paths.dedup();
         for inner in paths.iter().filter(|path| path.starts_with(&inside)) {
             let may_be = range(entry, inner).unwrap_or_default();
-            println!("      {}.{inner}{may_be}", entry.name);
+            let docs = beginning(docs_of(entry.info(), inner));
+            println!("      {}.{inner}{may_be}  {docs}", entry.name);
         }
     }
 }
 
-/// The range of a field, as it is printed. Single precision, as the fields have it.
+/// The range of a field, as it is printed.
 fn range(entry: &SettingsEntry, field: &str) -> Option<String> {
     let range = entry.ranges.iter().find(|range| range.field == field)?;
-    let (min, max) = (range.min as f32, range.max as f32);
-    let text = format!("  {min}..={max} {}", range.unit);
+    let text = match range.min.fract() == 0.0 && range.max.fract() == 0.0 {
+        true => format!("  {}..={} {}", range.min, range.max, range.unit),
+        // Single precision, as the fields have it.
+        false => format!(
+            "  {}..={} {}",
+            range.min as f32, range.max as f32, range.unit
+        ),
+    };
     Some(text.trim_end().into())
 }
 
-/// The first sentence of documentation.
+/// Documentation of a field by its path, which may lead through variants of enums.
+fn docs_of<'a>(info: &'a TypeInfo, path: &str) -> Option<&'a str> {
+    let (name, rest) = path.split_once('.').unwrap_or((path, ""));
+    let (docs, inside) = match info {
+        TypeInfo::Struct(info) => {
+            let field = info.field(name)?;
+            (field.docs(), field.type_info())
+        }
+        TypeInfo::Enum(info) => info.iter().find_map(|variant| match variant {
+            VariantInfo::Tuple(variant) => {
+                let field = variant.field_at(name.parse().ok()?)?;
+                Some((variant.docs(), field.type_info()))
+            }
+            _ => None,
+        })?,
+        _ => return None,
+    };
+    match rest {
+        "" => docs,
+        rest => docs_of(inside?, rest),
+    }
+}
+
+/// The first sentence of documentation, without the marks of rustdoc.
 fn beginning(docs: Option<&str>) -> String {
     let docs: Vec<_> = docs.unwrap_or_default().lines().map(str::trim).collect();
     let text = docs.join(" ");
-    let text = text.trim();
-    match text.find(". ") {
-        Some(end) => text[..=end].into(),
-        None => text.into(),
+    let mut text = text.trim();
+    if let Some(end) = text.find(". ") {
+        text = &text[..=end];
     }
+    let mut plain = String::new();
+    for (i, part) in text.split("](").enumerate() {
+        // The target of a link.
+        let skip = if i == 0 {
+            0
+        } else {
+            part.find(')').map_or(0, |end| end + 1)
+        };
+        plain += &part[skip..];
+    }
+    plain.replace(['`', '[', ']'], "")
 }
 
 /// All plugins, for what they know without a device.

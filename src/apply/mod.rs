@@ -18,7 +18,7 @@ use bevy::{
     render::RenderApp,
 };
 
-use crate::debug::GiDebugSettings;
+use crate::debug::{DebugPlugin, GiDebugSettings};
 
 /// From the light of a technique to the picture: gather, accumulation, filter and composite, and the export for
 /// forward-rendered objects.
@@ -38,7 +38,9 @@ impl Plugin for ApplyPlugin {
             denoise::DenoisePlugin,
             composite::CompositePlugin,
             export::ExportPlugin,
-            probes::ProbesPlugin,
         ));
+        if app.is_plugin_added::<DebugPlugin>() {
+            app.add_plugins(probes::ProbesPlugin);
+        }
     }
 }

@@ -77,15 +77,24 @@ impl GiCaptureSettings {
     /// The same settings with the budget of a quality level: shadow maps of 256, 512, 1024 or 1024 texels, and the
     /// default of all other numbers. [`light_share`](Self::light_share) and [`freeze`](Self::freeze) stay.
     pub fn with_quality(self, quality: GiQuality) -> Self {
+        let Self {
+            max_shadow_maps,
+            rsm_size,
+            rsm_updates,
+            vpls,
+            ..
+        } = Self::default();
         Self {
             shadow_map_size: match quality {
                 GiQuality::Low => 256,
                 GiQuality::Medium => 512,
                 GiQuality::High | GiQuality::Ultra => 1024,
             },
-            light_share: self.light_share,
-            freeze: self.freeze,
-            ..Self::default()
+            max_shadow_maps,
+            rsm_size,
+            rsm_updates,
+            vpls,
+            ..self
         }
     }
 }

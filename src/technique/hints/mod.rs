@@ -69,6 +69,7 @@ use bevy::{
 
 use super::{LookupShader, Technique};
 use crate::{
+    debug::DebugPlugin,
     gpu::caps::DeviceNeeds,
     scene::{needs::SceneNeeds, probes::MAX_PROBES},
 };
@@ -101,7 +102,9 @@ impl Technique for RadianceHints {
         embedded_asset!(app, "sum.wgsl");
         embedded_asset!(app, "gather.wgsl");
         embedded_asset!(app, "export.wgsl");
-        app.add_plugins(debug::HintsViewPlugin);
+        if app.is_plugin_added::<DebugPlugin>() {
+            app.add_plugins(debug::HintsViewPlugin);
+        }
     }
 
     fn needs(settings: &RadianceHintsSettings) -> SceneNeeds {
