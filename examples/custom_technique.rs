@@ -49,8 +49,7 @@ pub struct AmbientCube {
 }
 
 // There is no number with a range, and no preset.
-impl Clamped for AmbientCubesSettings {}
-impl SettingsResource for AmbientCubesSettings {}
+impl Parameters for AmbientCubesSettings {}
 
 const SHADER: Handle<Shader> = uuid_handle!("5d3c8f0a-6f0e-4c55-9d5e-2b1c7a9e4f10");
 

@@ -7,6 +7,7 @@ use std::{
 };
 
 use bevy::{
+    app::PluginGroupBuilder,
     camera::RenderTarget,
     mesh::{
         VertexAttributeValues,
@@ -29,6 +30,7 @@ use bevy::{
             WgpuWrapper,
         },
         settings::{RenderCreation, WgpuLimits},
+        sync_world::MainEntity,
     },
     tasks::block_on,
     window::ExitCondition,
@@ -36,10 +38,12 @@ use bevy::{
 };
 
 use crate::{
-    FieldRange, GiSettingsRegistry, GiStatistics, GiSupport, GiTechniques,
-    camera::ExtractedGiCamera,
+    FieldRange, GiSettingsRegistry, GiStatistics, GiSupport, GiTechniques, ParametersKind,
+    apply::gather::ViewIndirect,
+    camera::{ExtractedGiCamera, PrimaryGiCamera},
     gpu::caps::{COMMON, DeviceNeeds, WRITTEN},
     no_renderer_tests,
+    plugins::{DebugPlugin, ForwardViewsPlugin, GiCameraPlugin, OverlayPlugin},
     prelude::*,
     schedule::{GiPrepare, GiSystems},
 };
@@ -85,6 +89,10 @@ fn device(required_limits: WgpuLimits) -> RenderCreation {
 
 impl Idle {
     pub fn new(limits: WgpuLimits) -> Self {
+        Self::with(limits, GiPlugins.build())
+    }
+
+    fn with(limits: WgpuLimits, plugins: PluginGroupBuilder) -> Self {
         let mut app = App::new();
         app.add_plugins((
             DefaultPlugins
@@ -102,7 +110,7 @@ impl Idle {
                 .disable::<bevy::log::LogPlugin>()
                 .disable::<PipelinedRenderingPlugin>(),
             MaterialPlugin::<Unknown>::default(),
-            GiPlugins,
+            plugins,
         ));
         no_renderer_tests::finish(&mut app);
         let errors = Arc::new(Mutex::new(Vec::new()));
@@ -382,13 +390,14 @@ fn the_largest_settings_fit_the_limits_of_webgpu() {
     let world = idle.app.world_mut();
     let registry = world.resource::<GiSettingsRegistry>().clone();
     for entry in registry.iter() {
-        let mut value = entry.get_mut(world).expect("it is there");
-        enlarge(&mut *value, &entry.ranges);
+        // The volume stays around the scene.
+        if entry.kind != ParametersKind::Scene || entry.name == "ProbeSet" {
+            let ranges = entry.ranges.clone();
+            entry.change_always(world, move |value| enlarge(value, &ranges));
+        }
     }
-    assert!(world.resource::<GiSettings>().vpls > 10_000);
-    let mut probes = ProbeSet::default();
-    enlarge(&mut probes, &ProbeSet::ranges());
-    idle.spawn_scene((GiVolume::new(Vec3::splat(4.0)).with_resolution(512), probes));
+    assert!(world.resource::<GiCaptureSettings>().vpls > 10_000);
+    idle.spawn_scene(GiVolume::new(Vec3::splat(4.0)).with_resolution(512));
     for technique in idle.techniques() {
         idle.use_technique(technique);
         idle.settle();
@@ -435,6 +444,99 @@ fn a_technique_that_the_device_cannot_run_is_off() {
             .own_pipelines()
             .any(|(label, _)| label.starts_with(&own));
         assert_eq!(has, !wanted.is_off(), "{technique}");
+    }
+}
+
+/// A camera that is reset starts its history afresh, once, and no other camera does.
+#[test]
+fn a_reset_is_of_one_camera_and_of_one_frame() {
+    let mut idle = Idle::new(WgpuLimits::defaults());
+    idle.spawn_scene(GiVolume::new(Vec3::splat(4.0)).with_resolution(32));
+    let world = idle.app.world_mut();
+    let mut cameras = world.query_filtered::<(Entity, &RenderTarget), With<GiCamera>>();
+    let (first, target) = cameras.single(world).unwrap();
+    let over = Camera {
+        order: 1,
+        ..default()
+    };
+    let target = target.clone();
+    let second = world.spawn((Camera3d::default(), over, GiCamera::default(), target));
+    let second = second.id();
+    idle.settle();
+    let frames = |idle: &mut Idle| {
+        let world = idle.app.sub_app_mut(RenderApp).world_mut();
+        let mut views = world.query::<(&MainEntity, &ViewIndirect)>();
+        let views: HashMap<_, _> = views
+            .iter(world)
+            .map(|(main, view)| (main.id(), view.frame))
+            .collect();
+        [views[&first], views[&second]]
+    };
+    let before = frames(&mut idle);
+    assert!(before.into_iter().all(|frame| frame > 2), "{before:?}");
+    let reset = |idle: &Idle| idle.app.world().get::<GiCamera>(first).unwrap().reset;
+    let world = idle.app.world_mut();
+    world.get_mut::<GiCamera>(first).unwrap().reset = true;
+    idle.steps(1);
+    assert!(!reset(&idle));
+    assert_eq!(frames(&mut idle), [0, before[1] + 1]);
+    idle.steps(1);
+    assert_eq!(frames(&mut idle), [1, before[1] + 2]);
+
+    // Both worlds agree on which of them is the primary one.
+    let primary = |idle: &Idle| {
+        let world = idle.app.sub_app(RenderApp).world();
+        let camera = world.resource::<PrimaryGiCamera>().0.unwrap();
+        let main = world.get::<MainEntity>(camera).unwrap().id();
+        assert_eq!(idle.app.world().resource::<PrimaryGiCamera>().0, Some(main));
+        main
+    };
+    assert_eq!(primary(&idle), first);
+    idle.app
+        .world_mut()
+        .get_mut::<Camera>(first)
+        .unwrap()
+        .is_active = false;
+    idle.steps(1);
+    assert_eq!(primary(&idle), second);
+}
+
+/// What an app may leave out of the group is not missed by the rest.
+#[test]
+fn plugins_can_be_left_out() {
+    let all = || GiPlugins.build();
+    let without: [(&str, PluginGroupBuilder); 3] = [
+        (
+            "debug views, other cameras",
+            all()
+                .disable::<DebugPlugin>()
+                .disable::<OverlayPlugin>()
+                .disable::<ForwardViewsPlugin>(),
+        ),
+        (
+            "radiance hints",
+            all().disable::<TechniquePlugin<RadianceHints>>(),
+        ),
+        (
+            "cones, and the default of materials",
+            all()
+                .disable::<TechniquePlugin<VoxelConeTracing>>()
+                .set(GiCameraPlugin {
+                    deferred_by_default: false,
+                }),
+        ),
+    ];
+    for (what, plugins) in without {
+        let mut idle = Idle::with(WgpuLimits::defaults(), plugins);
+        idle.spawn_scene(GiVolume::new(Vec3::splat(4.0)).with_resolution(32));
+        for technique in idle.techniques() {
+            idle.use_technique(technique);
+            idle.settle();
+            idle.assert_fine();
+            let own = format!("gi/{technique}/gather");
+            let gathers = idle.own_pipelines().any(|(label, _)| label == own);
+            assert_eq!(gathers, !technique.is_off(), "without {what}: {technique}");
+        }
     }
 }
 

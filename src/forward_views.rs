@@ -28,7 +28,10 @@ use bevy::{
     },
 };
 
-pub(crate) struct ForwardViewsPlugin;
+/// Draws opaque materials that are deferred by default in cameras that are not deferred. Without it, such cameras show
+/// only what is rendered forward.
+#[derive(Default)]
+pub struct ForwardViewsPlugin;
 
 impl Plugin for ForwardViewsPlugin {
     fn build(&self, app: &mut App) {

@@ -19,16 +19,19 @@
 //!
 //! | task | type |
 //! |---|---|
-//! | enable global illumination for a camera | [`GiCamera`] |
+//! | enable global illumination for a camera; its strength, resolution, history and filter | [`GiCamera`] |
 //! | choose where it is computed | [`GiVolume`], [`GiCascades`] for large worlds, [`ProbeSet`] for the placement of probes |
-//! | choose the technique and the quality | [`GiSettings`], [`GiTechnique`], [`GiQuality`] |
+//! | choose the technique, the sky, units of emission | [`GiSettings`], [`GiTechnique`] |
+//! | choose the quality, and what the capture may cost | [`GiQuality`], [`GiCaptureSettings`] |
 //! | tune a technique | [`RadianceHintsSettings`], [`VoxelConeTracingSettings`] |
 //! | exclude a light or a mesh | [`GiLight`], [`NotGiCaster`] |
 //! | let custom materials bounce light | [`GiMaterial`], [`GiMaterialPlugin`] |
-//! | reset after a teleport or a cut | [`GiHistory`] |
+//! | reset after a teleport or a cut | [`GiCamera::reset`] for a camera, [`GiHistory`] for everything |
 //! | find out why it is off | [`GiSupport`] |
 //! | debug and measure | [`GiDebugSettings`], [`GiView`], [`GiStatistics`], [`last_frame`] |
+//! | list, save and load all parameters, or register your own | [`GiSettingsRegistry`], [`Parameters`] |
 //! | write a technique | [`technique::Technique`], [`TechniquePlugin`] |
+//! | leave a part of the crate out | [`plugins`] |
 //!
 //! # Techniques
 //!
@@ -74,7 +77,7 @@ pub mod inspector;
 #[cfg(test)]
 mod no_renderer_tests;
 mod overlay;
-mod plugins;
+pub mod plugins;
 #[cfg(feature = "reference")]
 pub mod reference;
 pub mod scene;
@@ -86,7 +89,7 @@ mod surface;
 pub mod technique;
 mod technique_plugin;
 
-pub use camera::GiCamera;
+pub use camera::{GatherResolution, GiCamera, PrimaryGiCamera};
 pub use debug::{GiDebugSettings, GiSlice, GiView, HintView};
 pub use gpu::{
     caps::GiSupport,
@@ -103,14 +106,15 @@ pub use scene::{
 };
 pub use schedule::{GiPrepare, GiSystems};
 pub use settings::{
-    EmissiveUnits, FieldRange, GatherResolution, GiHistory, GiQuality, GiSettings,
-    GiSettingsRegistry, GiSky, GiTechnique, GiTechniques, LightShare, SettingsEntry,
-    SettingsValues, TechniqueEntry,
+    Clamp, EmissiveUnits, FieldRange, GiCaptureSettings, GiHistory, GiQuality, GiSettings,
+    GiSettingsRegistry, GiSky, GiTechnique, GiTechniques, LightShare, Parameters, ParametersKind,
+    Preset, SettingsComponentPlugin, SettingsEntry, SettingsResourcePlugin, SettingsValues,
+    TechniqueEntry,
 };
 pub use technique::{
     hints::{
-        HintBounce, HintOcclusion, HintReconstruction, HintSampling, RadianceHints,
-        RadianceHintsSettings, ShOrder,
+        HintAlbedo, HintBounce, HintDepthTest, HintDisk, HintExchange, HintOcclusion,
+        HintReconstruction, HintSampling, HintTaps, RadianceHints, RadianceHintsSettings, ShOrder,
     },
     vct::{ConeLayout, VoxelConeTracing, VoxelConeTracingSettings},
 };
@@ -119,9 +123,9 @@ pub use technique_plugin::TechniquePlugin;
 /// What most apps need.
 pub mod prelude {
     pub use crate::{
-        GiCamera, GiCascades, GiDebugSettings, GiHistory, GiLight, GiMaterialPlugin, GiPlugins,
-        GiQuality, GiSettings, GiSky, GiTechnique, GiTechniques, GiView, GiVolume, NotGiCaster,
-        ProbeSet, RadianceHints, RadianceHintsSettings, TechniquePlugin, VoxelConeTracing,
-        VoxelConeTracingSettings,
+        GiCamera, GiCaptureSettings, GiCascades, GiDebugSettings, GiHistory, GiLight,
+        GiMaterialPlugin, GiPlugins, GiQuality, GiSettings, GiSky, GiTechnique, GiTechniques,
+        GiView, GiVolume, NotGiCaster, ProbeSet, RadianceHints, RadianceHintsSettings,
+        TechniquePlugin, VoxelConeTracing, VoxelConeTracingSettings,
     };
 }

@@ -29,7 +29,10 @@ use bevy::{
 
 use crate::camera::ExtractedGiCamera;
 
-pub(crate) struct OverlayPlugin;
+/// Keeps the picture of a GI camera below cameras that draw over it, whatever their format. Without it, all cameras
+/// of a target need the same `Hdr` and `Msaa`.
+#[derive(Default)]
+pub struct OverlayPlugin;
 
 impl Plugin for OverlayPlugin {
     fn build(&self, app: &mut App) {

@@ -1,32 +1,55 @@
-//! [`GiPlugins`]: the only file that names every plugin.
+//! The plugins of [`GiPlugins`], to disable or configure them one by one.
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use bevy_gi::{
+//!     plugins::{DebugPlugin, GiCameraPlugin},
+//!     prelude::*,
+//! };
+//!
+//! let plugins = GiPlugins
+//!     .build()
+//!     // Radiance hints alone, without debug views.
+//!     .disable::<TechniquePlugin<VoxelConeTracing>>()
+//!     .disable::<DebugPlugin>()
+//!     // Only materials that say so are deferred.
+//!     .set(GiCameraPlugin { deferred_by_default: false });
+//! App::new().add_plugins((DefaultPlugins, plugins)).run();
+//! ```
 
 use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 
-use crate::{
-    apply::ApplyPlugin,
-    camera::GiCameraPlugin,
-    debug::DebugPlugin,
-    forward_views::ForwardViewsPlugin,
-    gpu::{GpuPlugin, caps},
-    overlay::OverlayPlugin,
-    scene::ScenePlugin,
-    schedule::SchedulePlugin,
-    settings::{GiTechnique, GiTechniques, SettingsPlugin},
-    surface::SurfacePlugin,
-    technique::{hints::RadianceHints, vct::VoxelConeTracing},
+pub use crate::{
+    apply::ApplyPlugin, camera::GiCameraPlugin, debug::DebugPlugin,
+    forward_views::ForwardViewsPlugin, gpu::GpuPlugin, overlay::OverlayPlugin, scene::ScenePlugin,
+    schedule::SchedulePlugin, settings::SettingsPlugin, surface::SurfacePlugin,
     technique_plugin::TechniquePlugin,
+};
+use crate::{
+    gpu::caps,
+    settings::{GiTechnique, GiTechniques},
+    technique::{hints::RadianceHints, vct::VoxelConeTracing},
 };
 
 /// All plugins of this crate. Add them after `DefaultPlugins`.
 ///
-/// | plugins | duty |
-/// |---|---|
-/// | schedule, settings, cameras, overlay cameras, forward views | the order of a frame, and what the app sets |
-/// | GPU, surfaces, scene, apply, debug | device support, capture, gather, accumulation, composite, debug views |
-/// | [`TechniquePlugin`] for [`VoxelConeTracing`] and [`RadianceHints`] | the techniques |
+/// | plugin | duty | an app may disable it |
+/// |---|---|---|
+/// | [`SchedulePlugin`] | the order of a frame | |
+/// | [`SettingsPlugin`] | [`GiSettings`](crate::GiSettings), [`GiCaptureSettings`](crate::GiCaptureSettings), [`GiHistory`](crate::GiHistory) | |
+/// | [`GiCameraPlugin`] | [`GiCamera`](crate::GiCamera), [`PrimaryGiCamera`](crate::PrimaryGiCamera) | |
+/// | [`OverlayPlugin`] | cameras that draw over a GI camera | yes |
+/// | [`ForwardViewsPlugin`] | cameras that are not deferred | yes |
+/// | [`GpuPlugin`] | device support, statistics | |
+/// | [`SurfacePlugin`] | what cameras see | |
+/// | [`ScenePlugin`] | the capture of the scene | |
+/// | [`ApplyPlugin`] | gather, accumulation, filter, composite | |
+/// | [`DebugPlugin`] | debug views | yes |
+/// | [`TechniquePlugin`] for [`VoxelConeTracing`] and [`RadianceHints`] | the techniques | yes, each of them |
+/// | [`SupportPlugin`] | asks the device what it can run | |
 ///
-/// Plugins of an app's own, such as [`TechniquePlugin`] and [`GiMaterialPlugin`](crate::GiMaterialPlugin), come
-/// after them.
+/// The [module](crate::plugins) has an example. Plugins of an app's own, such as [`TechniquePlugin`] and
+/// [`GiMaterialPlugin`](crate::GiMaterialPlugin), come after them.
 pub struct GiPlugins;
 
 impl PluginGroup for GiPlugins {
@@ -35,15 +58,16 @@ impl PluginGroup for GiPlugins {
             // The frame.
             .add(SchedulePlugin)
             .add(SettingsPlugin)
-            .add(GiCameraPlugin)
+            .add(GiCameraPlugin::default())
             .add(OverlayPlugin)
             .add(ForwardViewsPlugin)
             // From the scene to the picture.
             .add(GpuPlugin)
             .add(SurfacePlugin)
             .add(ScenePlugin)
-            .add(ApplyPlugin)
+            // Before what has views of its own.
             .add(DebugPlugin)
+            .add(ApplyPlugin)
             // Techniques: a new one is a folder, and a line here.
             .add(TechniquePlugin::<VoxelConeTracing>::default())
             .add(TechniquePlugin::<RadianceHints>::default())
@@ -65,8 +89,9 @@ impl GiTechnique {
     pub const RadianceHints: Self = Self::of::<RadianceHints>();
 }
 
-/// Asks the device, once it is there.
-struct SupportPlugin;
+/// Asks the device, once it is there, which techniques it can run: [`GiSupport`](crate::GiSupport).
+#[derive(Default)]
+pub struct SupportPlugin;
 
 impl Plugin for SupportPlugin {
     fn build(&self, app: &mut App) {

@@ -110,7 +110,8 @@ impl GiPrepare {
 }
 
 /// Orders [`GiPrepare`] and [`GiSystems`] among themselves and against Bevy's own passes.
-pub(crate) struct SchedulePlugin;
+#[derive(Default)]
+pub struct SchedulePlugin;
 
 impl Plugin for SchedulePlugin {
     fn build(&self, app: &mut App) {

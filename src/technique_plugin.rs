@@ -30,7 +30,8 @@ use crate::{
     },
     schedule::{GiPrepare, GiSystems},
     settings::{
-        GiHistory, GiSettings, GiTechnique, GiTechniques, SettingsResourcePlugin, TechniqueEntry,
+        GiCaptureSettings, GiHistory, GiSettings, GiTechnique, GiTechniques,
+        SettingsResourcePlugin, TechniqueEntry,
     },
     surface::depth::CameraDepth,
     technique::{Cache, Frame, Inputs, Pipelines, Settling, Technique, possible},
@@ -117,6 +118,7 @@ type VolumeData<'a, T> = (
 #[derive(SystemParam)]
 struct Surroundings<'w> {
     gi: Res<'w, GiSettings>,
+    capture: Res<'w, GiCaptureSettings>,
     debug: Res<'w, GiDebugSettings>,
     history: Res<'w, GiHistory>,
     light_maps: Res<'w, SceneLightMaps>,
@@ -142,6 +144,7 @@ impl Surroundings<'_> {
         Some(Frame {
             settings,
             gi: &self.gi,
+            capture: &self.capture,
             debug: &self.debug,
             history: self.history.epoch(),
             volume,

@@ -142,7 +142,10 @@ pub fn measure(
     let base = if software { SOFTWARE } else { FIGURE_10 };
     for (axis, value, base) in points(scene.name, base) {
         let world = studio.world();
-        world.resource_mut::<GiSettings>().gather_resolution = base.resolution;
+        let mut cameras = world.query::<&mut GiCamera>();
+        for mut camera in cameras.iter_mut(world) {
+            camera.resolution = base.resolution;
+        }
         let mut hints = world.resource_mut::<RadianceHintsSettings>();
         (hints.samples, hints.order, hints.bounces) = (base.samples, base.order, base.bounces);
         let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
@@ -170,10 +173,9 @@ pub fn measure(
         });
     }
     let world = studio.world();
-    let mut sets = world.query_filtered::<Entity, With<ProbeSet>>();
-    let sets: Vec<_> = sets.iter(world).collect();
-    for set in sets {
-        world.entity_mut(set).remove::<ProbeSet>();
+    let mut sets = world.query::<&mut ProbeSet>();
+    for mut set in sets.iter_mut(world) {
+        *set = ProbeSet::default();
     }
     Ok(measured)
 }

@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_gi::{
-    GiSettingsRegistry, GiSupport, GiTechniques,
+    GiSettingsRegistry, GiSupport, GiTechniques, PrimaryGiCamera,
     inspector::{
         GiInspector, GiInspectorPlugin,
         bevy_egui::{EguiGlobalSettings, EguiPlugin},
@@ -134,7 +134,8 @@ fn keys(
 fn pick_at_cursor(
     keys: Res<ButtonInput<KeyCode>>,
     windows: Query<&Window>,
-    cameras: Query<(&Camera, &GlobalTransform), With<GiCamera>>,
+    primary: Res<PrimaryGiCamera>,
+    cameras: Query<(&Camera, &GlobalTransform)>,
     mut at_cursor: ResMut<PickAtCursor>,
     mut debug: ResMut<GiDebugSettings>,
 ) {
@@ -147,11 +148,11 @@ fn pick_at_cursor(
     let (Some(cursor), true) = (cursor, at_cursor.0) else {
         return;
     };
-    for (camera, transform) in cameras.iter().take(1) {
-        if let Ok(ray) = camera.viewport_to_world(transform, cursor) {
-            debug.pick_from = ray.origin;
-            debug.pick_to = ray.origin + *ray.direction;
-        }
+    let camera = primary.0.and_then(|camera| cameras.get(camera).ok());
+    let ray = camera.and_then(|(camera, place)| camera.viewport_to_world(place, cursor).ok());
+    if let Some(ray) = ray {
+        debug.pick_from = ray.origin;
+        debug.pick_to = ray.origin + *ray.direction;
     }
 }
 

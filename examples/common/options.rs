@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use bevy::{
     log::LogPlugin,
     prelude::*,
-    reflect::{GetPath, serde::TypedReflectDeserializer},
+    reflect::{
+        GetPath, PartialReflect, TypeInfo, TypeRegistry, enums::VariantInfo,
+        serde::TypedReflectDeserializer,
+    },
     render::{
         RenderPlugin,
         settings::{RenderCreation, WgpuSettings},
@@ -13,8 +16,8 @@ use bevy::{
     winit::WinitPlugin,
 };
 use bevy_gi::{
-    FieldRange, GiSettingsRegistry, GiTechniques, SettingsEntry, inspector::from_ron, prelude::*,
-    reference::ReferenceSettings,
+    GiSettingsRegistry, GiTechniques, ParametersKind, SettingsEntry, inspector::values_from_ron,
+    prelude::*, reference::ReferenceSettings,
 };
 use serde::de::DeserializeSeed;
 
@@ -23,7 +26,8 @@ use super::scenes;
 /// Settings on the command line.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct SettingsOptions {
-    /// Sets a field, for example VoxelConeTracingSettings.cones=8. Repeatable.
+    /// Sets a field of a resource, or of a component of all entities that have it: VoxelConeTracingSettings.cones=8,
+    /// ProbeSet.resolution=48, 'RadianceHintsSettings.sampling=Disk((spread: 0.5))'; see --list. Repeatable.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub sets: Vec<String>,
     /// Settings as RON, as the inspector saves them: { "GiSettings": (..), .. }, each optional.
@@ -158,7 +162,9 @@ impl SettingsOptions {
         if let Some(path) = &self.settings {
             let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
             let text = std::fs::read_to_string(path).map_err(|e| fail(&e))?;
-            from_ron(world, &text).map_err(|e| fail(&e))?;
+            let values = values_from_ron(world, &text).map_err(|e| fail(&e))?;
+            // The cameras are still to come.
+            values.apply_always(world);
         } else {
             let mut gi = world.resource_mut::<GiSettings>();
             gi.replace_ambient = true;
@@ -175,57 +181,71 @@ impl SettingsOptions {
     }
 }
 
-/// `Resource.path.to.field=value`, the value as RON.
+/// `Type.path.to.field=value`, the value as RON.
+///
+/// Of a component, all entities that have it, also those that the scene still brings.
 fn apply_set(world: &mut World, set: &str) -> Result<(), String> {
-    let wanted = "Settings.field=value is wanted";
-    let (path, value) = set
+    let fail = |why: String| format!("--set {set}: {why}");
+    let parts = set
         .split_once('=')
-        .ok_or(format!("--set {set}: {wanted}"))?;
-    let (resource, field) = path
-        .split_once('.')
-        .ok_or(format!("--set {set}: {wanted}"))?;
-    let registry = world.resource::<AppTypeRegistry>().clone();
-    let registry = registry.read();
-    let unknown = || format!("--set {set}: there is no settings resource '{resource}'; see --list");
+        .and_then(|(path, value)| Some((path.split_once('.')?, value)));
+    let ((name, field), value) = parts.ok_or(fail("Type.field=value is wanted".into()))?;
     let all = world.resource::<GiSettingsRegistry>().clone();
-    let entry = all.find(resource).ok_or_else(unknown)?;
-    let mut target = entry.get_mut(world).ok_or_else(unknown)?;
-    let target = target
-        .reflect_path_mut(format!(".{field}").as_str())
-        .map_err(|_| format!("--set {set}: '{resource}' has no field '{field}'; see --list"))?;
-    let type_id = target
+    let entry = all
+        .find(name)
+        .ok_or_else(|| fail(format!("there are no settings '{name}'; see --list")))?;
+    let (field, value) = (format!(".{field}"), value.to_owned());
+    let types = world.resource::<AppTypeRegistry>().clone();
+    // What is wrong with it is found by a value that no one has.
+    let now = entry.get(world).unwrap_or(entry.default_value());
+    let mut trial = now.reflect_clone().map_err(|e| fail(e.to_string()))?;
+    set_field(&mut *trial, &field, &value, &types.read()).map_err(fail)?;
+    entry.change_always(world, move |now| {
+        if let Err(why) = set_field(now, &field, &value, &types.read()) {
+            warn!("{why}");
+        }
+    });
+    Ok(())
+}
+
+/// Sets the field at a path to a value in RON.
+fn set_field(
+    target: &mut dyn Reflect,
+    path: &str,
+    value: &str,
+    types: &TypeRegistry,
+) -> Result<(), String> {
+    let unknown = format!(
+        "'{}' has no field '{}', or not now; see --list",
+        target.reflect_short_type_path(),
+        &path[1..]
+    );
+    let field = target.reflect_path_mut(path).map_err(|_| &unknown)?;
+    let field_type = field
         .get_represented_type_info()
-        .map(|info| info.type_id())
-        .ok_or_else(unknown)?;
-    let field_type = registry.get(type_id).ok_or_else(unknown)?;
-    let fail = |e: &dyn std::fmt::Display| format!("--set {set}: {e}");
-    let mut deserializer = ron::de::Deserializer::from_str(value).map_err(|e| fail(&e))?;
-    let new = TypedReflectDeserializer::new(field_type, &registry)
+        .and_then(|info| types.get(info.type_id()))
+        .ok_or(&unknown)?;
+    let mut deserializer = ron::de::Deserializer::from_str(value).map_err(|e| e.to_string())?;
+    let new = TypedReflectDeserializer::new(field_type, types)
         .deserialize(&mut deserializer)
-        .map_err(|e| fail(&e))?;
-    deserializer.end().map_err(|e| fail(&e))?;
-    target.apply(&*new);
+        .map_err(|e| e.to_string())?;
+    deserializer.end().map_err(|e| e.to_string())?;
+    field.apply(&*new);
     Ok(())
 }
 
 /// The path tracer's settings are the app's, as is the path tracer.
 pub fn register_reference(world: &mut World) {
     world.init_resource::<ReferenceSettings>();
-    let mut entry = SettingsEntry::new::<ReferenceSettings>();
-    entry.ranges.push(FieldRange {
-        field: "max_bounces",
-        min: 0.0,
-        max: 128.0,
-        unit: "",
-    });
     world.init_resource::<GiSettingsRegistry>();
-    world.resource_mut::<GiSettingsRegistry>().add(entry);
+    let mut registry = world.resource_mut::<GiSettingsRegistry>();
+    registry.add(SettingsEntry::new::<ReferenceSettings>());
 }
 
 /// The variants of an enum, for `--list`.
 fn variants(value: &dyn PartialReflect) -> String {
     match value.get_represented_type_info() {
-        Some(bevy::reflect::TypeInfo::Enum(info)) => {
+        Some(TypeInfo::Enum(info)) => {
             format!("  {}", info.variant_names().join(" | "))
         }
         _ => String::new(),
@@ -246,33 +266,108 @@ pub fn list() {
     for scene in scenes::ALL {
         println!("  {:14} {}", scene.name, scene.about);
     }
-    println!("settings and components, with their defaults and ranges:");
-    let dump = |name: &str, value: &dyn PartialReflect, ranges: &[FieldRange]| {
-        if let bevy::reflect::ReflectRef::Struct(fields) = value.reflect_ref() {
-            for i in 0..fields.field_len() {
-                let field = fields.name_at(i).unwrap_or_default();
-                let value = fields.field_at(i).unwrap();
-                let range = match ranges.iter().find(|range| range.field == field) {
-                    // Single precision, as the fields have it.
-                    Some(range) => {
-                        let (min, max) = (range.min as f32, range.max as f32);
-                        format!("  {min}..={max} {}", range.unit)
-                    }
-                    None => variants(value),
-                };
-                println!("  {name}.{field} = {value:?}{}", range.trim_end());
-            }
-        }
-    };
+    println!("settings, with defaults, ranges and the beginning of their documentation:");
     for entry in app.world().resource::<GiSettingsRegistry>().iter() {
-        dump(
+        let kind = match entry.kind {
+            ParametersKind::Resource => "resource",
+            ParametersKind::Camera => "component of cameras",
+            ParametersKind::Scene => "component of the scene",
+        };
+        println!(
+            "  {} ({kind}): {}",
             entry.name,
-            entry.default_value().as_partial_reflect(),
-            &entry.ranges,
+            beginning(entry.info().docs())
         );
+        list_fields(entry);
     }
-    dump("GiVolume", &GiVolume::default(), &GiVolume::ranges());
-    dump("GiLight", &GiLight::default(), &GiLight::ranges());
+}
+
+/// The fields of a type, each with what its variants hold.
+fn list_fields(entry: &SettingsEntry) {
+    let bevy::reflect::ReflectRef::Struct(fields) = entry.default_value().reflect_ref() else {
+        return;
+    };
+    let TypeInfo::Struct(info) = entry.info() else {
+        return;
+    };
+    for field in info.iter() {
+        let Some(value) = fields.field(field.name()) else {
+            continue;
+        };
+        let path = format!("{}.{}", entry.name, field.name());
+        let may_be = range(entry, field.name()).unwrap_or_else(|| variants(value));
+        println!(
+            "    {path} = {value:?}{may_be}  {}",
+            beginning(field.docs())
+        );
+        // A colour has one for each channel.
+        let inside = format!("{}.", field.name());
+        let mut paths: Vec<_> = entry.ranges.iter().map(|range| range.field).collect();
+        paths.dedup();
+        for inner in paths.iter().filter(|path| path.starts_with(&inside)) {
+            let may_be = range(entry, inner).unwrap_or_default();
+            let docs = beginning(docs_of(entry.info(), inner));
+            println!("      {}.{inner}{may_be}  {docs}", entry.name);
+        }
+    }
+}
+
+/// The range of a field, as it is printed.
+fn range(entry: &SettingsEntry, field: &str) -> Option<String> {
+    let range = entry.ranges.iter().find(|range| range.field == field)?;
+    let text = match range.min.fract() == 0.0 && range.max.fract() == 0.0 {
+        true => format!("  {}..={} {}", range.min, range.max, range.unit),
+        // Single precision, as the fields have it.
+        false => format!(
+            "  {}..={} {}",
+            range.min as f32, range.max as f32, range.unit
+        ),
+    };
+    Some(text.trim_end().into())
+}
+
+/// Documentation of a field by its path, which may lead through variants of enums.
+fn docs_of<'a>(info: &'a TypeInfo, path: &str) -> Option<&'a str> {
+    let (name, rest) = path.split_once('.').unwrap_or((path, ""));
+    let (docs, inside) = match info {
+        TypeInfo::Struct(info) => {
+            let field = info.field(name)?;
+            (field.docs(), field.type_info())
+        }
+        TypeInfo::Enum(info) => info.iter().find_map(|variant| match variant {
+            VariantInfo::Tuple(variant) => {
+                let field = variant.field_at(name.parse().ok()?)?;
+                Some((variant.docs(), field.type_info()))
+            }
+            _ => None,
+        })?,
+        _ => return None,
+    };
+    match rest {
+        "" => docs,
+        rest => docs_of(inside?, rest),
+    }
+}
+
+/// The first sentence of documentation, without the marks of rustdoc.
+fn beginning(docs: Option<&str>) -> String {
+    let docs: Vec<_> = docs.unwrap_or_default().lines().map(str::trim).collect();
+    let text = docs.join(" ");
+    let mut text = text.trim();
+    if let Some(end) = text.find(". ") {
+        text = &text[..=end];
+    }
+    let mut plain = String::new();
+    for (i, part) in text.split("](").enumerate() {
+        // The target of a link.
+        let skip = if i == 0 {
+            0
+        } else {
+            part.find(')').map_or(0, |end| end + 1)
+        };
+        plain += &part[skip..];
+    }
+    plain.replace(['`', '[', ']'], "")
 }
 
 /// All plugins, for what they know without a device.

@@ -25,6 +25,7 @@ use super::{
     temporal::ViewHistory,
 };
 use crate::{
+    camera::ExtractedGiCamera,
     debug::{GiDebugSettings, GiView, Painter},
     gpu::{
         caps::supported,
@@ -32,7 +33,6 @@ use crate::{
         layout::{GroupLayout, loaded, uniform},
     },
     schedule::{GiPrepare, GiSystems},
-    settings::GiSettings,
     surface::{ViewSurface, surface_layout},
 };
 
@@ -153,7 +153,7 @@ fn init_composite_pipeline(
 type CompositeData = (
     Entity,
     &'static ExtractedView,
-    Option<&'static ViewIndirect>,
+    Option<(&'static ViewIndirect, &'static ExtractedGiCamera)>,
     Option<&'static ViewHistory>,
     Option<&'static ViewDenoised>,
     Option<&'static DistanceFog>,
@@ -165,7 +165,6 @@ type CompositeData = (
 fn prepare_composite(
     mut commands: Commands,
     views: Query<CompositeData>,
-    settings: Res<GiSettings>,
     debug: Res<GiDebugSettings>,
     pipeline: Option<Res<CompositePipeline>>,
     mut pipelines: ResMut<SpecializedRenderPipelines<CompositePipeline>>,
@@ -176,7 +175,7 @@ fn prepare_composite(
 ) {
     let Some(pipeline) = pipeline else { return };
     for (entity, view, indirect, history, denoised, fog, ssao, exists) in &views {
-        let (Some(indirect), Some(history)) = (indirect, history) else {
+        let (Some((indirect, camera)), Some(history)) = (indirect, history) else {
             if exists {
                 commands.entity(entity).remove::<ViewComposite>();
             }
@@ -186,9 +185,9 @@ fn prepare_composite(
             size: indirect.size,
             divisor: indirect.divisor,
             mode: debug.view as u32,
-            strength: settings.indirect_strength,
+            strength: camera.settings.strength,
             ssao: ssao.is_some().into(),
-            history_frames: settings.history_frames,
+            history_frames: camera.settings.history_frames,
             unit: indirect.unit,
             fog: fog.into(),
         });

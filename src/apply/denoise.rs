@@ -22,6 +22,7 @@ use super::{
     temporal::{ViewHistory, accumulate, prepare_history},
 };
 use crate::{
+    camera::ExtractedGiCamera,
     gpu::{
         caps::supported,
         compute::{ComputePass, Dispatch, Recorder, block},
@@ -29,7 +30,6 @@ use crate::{
         statistics::Tracked,
     },
     schedule::{GiPrepare, GiSystems},
-    settings::GiSettings,
     surface::{ViewSurface, surface_layout},
     technique::Settling,
 };
@@ -113,14 +113,17 @@ fn init_denoise_pipeline(
     commands.insert_resource(DenoisePipeline { layout, pass });
 }
 
-type ViewLight = (&'static ViewIndirect, &'static ViewHistory);
+type ViewLight = (
+    &'static ViewIndirect,
+    &'static ViewHistory,
+    &'static ExtractedGiCamera,
+);
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn prepare_denoise(
     mut commands: Commands,
     views: Query<(Entity, Option<ViewLight>, Has<ViewDenoised>)>,
     settling: Query<&Settling>,
-    settings: Res<GiSettings>,
     pipeline: Option<Res<DenoisePipeline>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
@@ -128,7 +131,9 @@ pub(crate) fn prepare_denoise(
 ) {
     let Some(pipeline) = pipeline else { return };
     for (entity, light, denoised) in &views {
-        let Some((indirect, history)) = light.filter(|_| settings.denoise_radius > 0) else {
+        let filtered =
+            |(.., camera): &(_, _, &ExtractedGiCamera)| camera.settings.denoise_radius > 0;
+        let Some((indirect, history, camera)) = light.filter(filtered) else {
             if denoised {
                 commands.entity(entity).remove::<ViewDenoised>();
             }
@@ -139,7 +144,8 @@ pub(crate) fn prepare_denoise(
             size: indirect.size,
             full_size: indirect.full_size,
             divisor: indirect.divisor,
-            radius: settings.denoise_radius + settling.iter().map(|s| s.blur).max().unwrap_or(0),
+            radius: camera.settings.denoise_radius
+                + settling.iter().map(|s| s.blur).max().unwrap_or(0),
         });
         uniform.write_buffer(&device, &queue);
         let [diffuse, specular, surface] = history.result();

@@ -43,7 +43,7 @@ use bevy::{
 };
 
 use crate::{
-    camera::{ExtractedGiCamera, GiCamera},
+    camera::{ExtractedGiCamera, GiCamera, PrimaryGiCamera},
     debug::{GiDebugSettings, GiView},
     gpu::{
         caps::{GiSupport, supported},
@@ -127,6 +127,7 @@ fn sync_exports(
     settings: Res<GiSettings>,
     support: Res<GiSupport>,
     units: Res<LightUnits>,
+    (primary, cameras): (Res<PrimaryGiCamera>, Query<&GiCamera>),
     mut volumes: Query<(Entity, &GiVolume, &VolumeGrid, Option<&mut VolumeExport>)>,
     orphans: Query<Entity, (With<VolumeExport>, Without<GiVolume>)>,
     mut lights: Query<
@@ -145,6 +146,9 @@ fn sync_exports(
     }
     let wanted = settings.forward_light && support.is_supported();
     let unit = units.light();
+    // Irradiance volumes are the same for all cameras.
+    let camera = primary.0.and_then(|camera| cameras.get(camera).ok());
+    let strength = camera.map_or(1.0, |camera| camera.strength);
     for (entity, volume, grid, export) in &mut volumes {
         let Some(grid) = grid.0.filter(|_| wanted) else {
             if export.is_some() {
@@ -155,7 +159,7 @@ fn sync_exports(
         let probes = probes(&grid);
         let place = Transform::from_translation(grid.center()).with_scale(grid.size());
         let falloff = Vec3::splat(2.0 * volume.fade);
-        let intensity = unit * settings.indirect_strength;
+        let intensity = unit * strength;
         match export.filter(|export| export.probes == probes) {
             Some(mut export) => {
                 export.unit = unit;

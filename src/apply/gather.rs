@@ -20,6 +20,7 @@ use bevy::{
 };
 
 use crate::{
+    camera::ExtractedGiCamera,
     gpu::{
         caps::supported,
         compute::{ComputePass, Dispatch, Recorder, block, pass_name},
@@ -32,7 +33,7 @@ use crate::{
         volume::ExtractedVolume,
     },
     schedule::{GiPrepare, GiSystems},
-    settings::{GatherResolution, GiHistory, GiSettings, GiTechnique},
+    settings::{GiHistory, GiSettings, GiTechnique},
     surface::{ViewSurface, surface_layout},
     technique::{Cache, LookupShader, Technique, possible},
 };
@@ -157,7 +158,7 @@ pub(crate) fn gather_texture(
 type ViewData<'a> = (
     Entity,
     &'a ExtractedView,
-    Option<&'a ViewSurface>,
+    Option<(&'a ViewSurface, &'a ExtractedGiCamera)>,
     Option<&'a mut ViewIndirect>,
 );
 
@@ -222,13 +223,13 @@ pub(super) fn prepare_view_indirect(
     sorted.sort_by_key(|(_, volume)| volume.rank);
     let layout = gather_layout();
     for (entity, view, surface, indirect) in &mut views {
-        let Some(surface) = surface else {
+        let Some((surface, camera)) = surface else {
             if indirect.is_some() {
                 commands.entity(entity).remove::<ViewIndirect>();
             }
             continue;
         };
-        let divisor = GatherResolution::divisor(settings.gather_resolution);
+        let divisor = camera.settings.resolution.divisor();
         let size = UVec2::new(
             surface.size.x.div_ceil(divisor),
             surface.size.y.div_ceil(divisor),
@@ -239,7 +240,7 @@ pub(super) fn prepare_view_indirect(
         let (targets, frame) = match indirect.as_deref() {
             Some(old) if fits(old) => (
                 old.targets.clone(),
-                if old.epoch == history.epoch() {
+                if old.epoch == history.epoch() && !camera.settings.reset {
                     old.frame.wrapping_add(1)
                 } else {
                     0

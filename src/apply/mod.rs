@@ -13,19 +13,34 @@ pub(crate) mod gather;
 mod probes;
 pub(crate) mod temporal;
 
-use bevy::app::{App, Plugin};
+use bevy::{
+    app::{App, Plugin},
+    render::RenderApp,
+};
 
-pub(crate) struct ApplyPlugin;
+use crate::debug::{DebugPlugin, GiDebugSettings};
+
+/// From the light of a technique to the picture: gather, accumulation, filter and composite, and the export for
+/// forward-rendered objects.
+#[derive(Default)]
+pub struct ApplyPlugin;
 
 impl Plugin for ApplyPlugin {
     fn build(&self, app: &mut App) {
+        // Of an app that leaves the debug views out, too.
+        app.init_resource::<GiDebugSettings>();
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.init_resource::<GiDebugSettings>();
+        }
         app.add_plugins((
             gather::ViewIndirectPlugin,
             temporal::TemporalPlugin,
             denoise::DenoisePlugin,
             composite::CompositePlugin,
             export::ExportPlugin,
-            probes::ProbesPlugin,
         ));
+        if app.is_plugin_added::<DebugPlugin>() {
+            app.add_plugins(probes::ProbesPlugin);
+        }
     }
 }

@@ -16,6 +16,7 @@ use bevy::{
 
 use super::gather::{ViewIndirect, gather_texture, prepare_view_indirect};
 use crate::{
+    camera::ExtractedGiCamera,
     gpu::{
         caps::supported,
         compute::{ComputePass, Dispatch, Recorder, block},
@@ -23,7 +24,6 @@ use crate::{
         statistics::{GiStatistics, Tracked},
     },
     schedule::{GiPrepare, GiSystems},
-    settings::GiSettings,
     surface::{ViewSurface, surface_layout},
     technique::Settling,
 };
@@ -117,12 +117,13 @@ fn init_temporal_pipeline(
     commands.insert_resource(TemporalPipeline { layout, pass });
 }
 
+type ViewLight = (&'static ViewIndirect, &'static ExtractedGiCamera);
+
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn prepare_history(
     mut commands: Commands,
-    views: Query<(Entity, Option<&ViewIndirect>, Option<&ViewHistory>)>,
+    views: Query<(Entity, Option<ViewLight>, Option<&ViewHistory>)>,
     settling: Query<&Settling>,
-    settings: Res<GiSettings>,
     pipeline: Option<Res<TemporalPipeline>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
@@ -131,7 +132,7 @@ pub(crate) fn prepare_history(
 ) {
     let Some(pipeline) = pipeline else { return };
     for (entity, indirect, history) in &views {
-        let Some(indirect) = indirect else {
+        let Some((indirect, camera)) = indirect else {
             if history.is_some() {
                 commands.entity(entity).remove::<ViewHistory>();
             }
@@ -152,7 +153,7 @@ pub(crate) fn prepare_history(
         let most = settling.iter().map(|s| s.history_frames).min();
         let history_frames = match indirect.frame {
             0 => 1,
-            _ => settings.history_frames.min(most.unwrap_or(u32::MAX)),
+            _ => camera.settings.history_frames.min(most.unwrap_or(u32::MAX)),
         };
         let mut uniform = UniformBuffer::from(GpuTemporal {
             size: indirect.size,

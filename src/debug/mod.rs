@@ -30,7 +30,7 @@ pub use view::{GiSlice, GiView, HintView};
 
 use crate::{
     camera::ExtractedGiCamera,
-    settings::{Clamp, Clamped, FieldRange, SettingsResource, SettingsResourcePlugin},
+    settings::{Clamp, Parameters, SettingsResourcePlugin},
 };
 
 /// Debug views. The same for all GI cameras; cameras whose technique is off show their picture.
@@ -83,14 +83,7 @@ pub struct GiDebugSettings {
     pub pick_to: Vec3,
 }
 
-impl GiDebugSettings {
-    /// Ranges of the numeric fields.
-    pub fn ranges() -> Vec<FieldRange> {
-        Clamp::ranges::<Self>()
-    }
-}
-
-impl Clamped for GiDebugSettings {
+impl Parameters for GiDebugSettings {
     fn clamp(&mut self, c: &mut Clamp) {
         c.int("voxel_level", &mut self.voxel_level, 0, 8);
         c.float("slice_at", &mut self.slice_at, 0.0, 1.0);
@@ -102,9 +95,9 @@ impl Clamped for GiDebugSettings {
     }
 }
 
-impl SettingsResource for GiDebugSettings {}
-
-pub(crate) struct DebugPlugin;
+/// Debug views, and the parameters that choose them. Without it, [`GiDebugSettings`] has no effect.
+#[derive(Default)]
+pub struct DebugPlugin;
 
 impl Plugin for DebugPlugin {
     fn build(&self, app: &mut App) {
@@ -145,7 +138,7 @@ mod tests {
 
     #[test]
     fn every_number_has_a_range() {
-        check_ranges(&GiDebugSettings::default(), GiDebugSettings::ranges());
+        check_ranges::<GiDebugSettings>();
     }
 
     #[test]

@@ -13,8 +13,9 @@ use bevy::{
     shader::load_shader_library,
 };
 
-/// Shader libraries of this folder, and bookkeeping.
-pub(crate) struct GpuPlugin;
+/// Shader libraries that every stage uses, counts of memory and work, and diagnostics.
+#[derive(Default)]
+pub struct GpuPlugin;
 
 impl Plugin for GpuPlugin {
     fn build(&self, app: &mut App) {

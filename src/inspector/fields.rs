@@ -1,24 +1,54 @@
 //! The fields of a value, by reflection: name, editor, mark of what is changed, reset.
 
-use std::any::Any;
-
 use bevy::{
     color::LinearRgba,
     ecs::prelude::*,
     math::Vec3,
     reflect::{
-        PartialReflect, Reflect, ReflectMut, ReflectRef, TypeInfo,
+        PartialReflect, Reflect, ReflectMut, ReflectRef, TypeData, TypeInfo,
         enums::{DynamicEnum, VariantInfo},
         tuple::DynamicTuple,
     },
 };
 use bevy_egui::egui;
 use bevy_inspector_egui::{
-    inspector_options::std_options::{NumberDisplay, NumberOptions},
+    inspector_options::{
+        InspectorOptions, Target,
+        std_options::{NumberDisplay, NumberOptions},
+    },
     reflect_inspector::{Context, InspectorUi},
 };
 
-use crate::{FieldRange, GiTechnique, GiTechniques};
+use crate::{FieldRange, GiTechnique, GiTechniques, SettingsEntry};
+
+/// All fields of some registered parameters of an entity.
+pub(super) fn parameters(
+    world: &mut World,
+    entry: &SettingsEntry,
+    entity: Entity,
+    fold: Fold,
+    search: &str,
+    ui: &mut egui::Ui,
+) {
+    let Some(Ok(mut value)) = entry
+        .get_of(world, entity)
+        .map(|value| value.reflect_clone())
+    else {
+        return;
+    };
+    let group = Group {
+        title: entry.name,
+        default: entry.default_value(),
+        ranges: &entry.ranges,
+        search,
+        fold,
+    };
+    if group.show(world, &mut *value, ui)
+        && let Some(mut now) = entry.get_mut_of(world, entity)
+    {
+        now.apply(value.as_partial_reflect());
+    }
+}
 
 /// A field in which one types what is looked for.
 pub(super) fn search(text: &mut String, ui: &mut egui::Ui) {
@@ -139,7 +169,9 @@ impl Group<'_> {
                             continue;
                         };
                         let differs = is_changed(name, value);
-                        let unit = self.range(name).map_or("", |range| range.unit);
+                        let unit = range(self.ranges, name)
+                            .or_else(|| range(self.ranges, &format!("{name}.x")))
+                            .map_or("", |range| range.unit);
                         label(name, unit, differs, field.docs(), ui);
                         changed |= match technique(techniques, name, value, ui) {
                             Some(changed) => changed,
@@ -165,12 +197,6 @@ impl Group<'_> {
         changed
     }
 
-    /// The range of a field; of a vector, that of its x.
-    fn range(&self, name: &str) -> Option<&FieldRange> {
-        let of = |field: &str| self.ranges.iter().find(|range| range.field == field);
-        of(name).or_else(|| of(&format!("{name}.x")))
-    }
-
     fn editor(
         &self,
         types: &bevy::reflect::TypeRegistry,
@@ -179,22 +205,21 @@ impl Group<'_> {
         docs: Option<&str>,
         ui: &mut egui::Ui,
     ) -> bool {
-        let range = self.range(name);
-        let options = range.and_then(|range| options(value, range));
+        let color = has_color(value).then(|| range(self.ranges, &format!("{name}.0")));
+        let color = color.flatten();
+        let options = field_options(value.get_represented_type_info(), name, self.ranges);
         let before = value.to_dynamic();
         let mut context = Context::default();
         let mut inspector = InspectorUi::new_no_short_circuit(types, &mut context);
         let id = egui::Id::new((self.title, name));
         ui.scope(|ui| {
             ui.spacing_mut().slider_width = 130.0;
-            let inner = ui.vertical(|ui| match &options {
-                _ if range.is_some() && has_color(value) => {
-                    color_choice(value, range.map_or(1.0, |range| range.max), id, ui)
+            let inner = ui.vertical(|ui| match (&options, color) {
+                (_, Some(range)) => color_choice(value, range.max, id, ui),
+                (Some(options), _) => {
+                    inspector.ui_for_reflect_with_options(value, ui, id, options.as_any())
                 }
-                Some(options) => {
-                    inspector.ui_for_reflect_with_options(value, ui, id, options.as_ref())
-                }
-                None => inspector.ui_for_reflect_with_options(value, ui, id, &()),
+                (None, _) => inspector.ui_for_reflect_with_options(value, ui, id, &()),
             });
             if let Some(docs) = docs {
                 inner.response.on_hover_text(plain(docs));
@@ -368,21 +393,21 @@ fn plain(docs: &str) -> String {
     text.replace(['`', '[', ']'], "")
 }
 
-/// A field's range, as the editor for its type takes it.
-fn options(value: &dyn PartialReflect, range: &FieldRange) -> Option<Box<dyn Any>> {
-    fn slider<T>(mut options: NumberOptions<T>) -> Option<Box<dyn Any>>
+/// A range, as the editor for a type takes it.
+fn options(info: &TypeInfo, range: &FieldRange) -> Option<Box<dyn TypeData>> {
+    fn slider<T: 'static>(mut options: NumberOptions<T>) -> Option<Box<dyn TypeData>>
     where
-        T: 'static,
+        NumberOptions<T>: TypeData,
     {
         options.display = NumberDisplay::Slider;
         Some(Box::new(options))
     }
     let (min, max) = (range.min, range.max);
-    if value.try_downcast_ref::<f32>().is_some() {
+    if info.is::<f32>() {
         slider(NumberOptions::between(min as f32, max as f32))
-    } else if value.try_downcast_ref::<u32>().is_some() {
+    } else if info.is::<u32>() {
         slider(NumberOptions::between(min as u32, max as u32))
-    } else if value.try_downcast_ref::<Vec3>().is_some() {
+    } else if info.is::<Vec3>() {
         let ends = [min, max].map(|end| Vec3::splat(end as f32));
         Some(Box::new(NumberOptions::between(ends[0], ends[1])))
     } else {
@@ -390,9 +415,63 @@ fn options(value: &dyn PartialReflect, range: &FieldRange) -> Option<Box<dyn Any
     }
 }
 
+/// The range of a field by its path.
+fn range<'a>(ranges: &'a [FieldRange], path: &str) -> Option<&'a FieldRange> {
+    ranges.iter().find(|range| range.field == path)
+}
+
+/// The ranges of a field, as its editor takes them: of an enum, those in its variants.
+fn field_options(
+    info: Option<&TypeInfo>,
+    path: &str,
+    ranges: &[FieldRange],
+) -> Option<Box<dyn TypeData>> {
+    let info = info?;
+    let own = range(ranges, path).or_else(|| range(ranges, &format!("{path}.x")));
+    if let Some(range) = own {
+        return options(info, range);
+    }
+    let inside = format!("{path}.");
+    if !ranges.iter().any(|range| range.field.starts_with(&inside)) {
+        return None;
+    }
+    let mut all = InspectorOptions::new();
+    let mut add = |target, info, name: &str| {
+        if let Some(inner) = field_options(info, &format!("{path}.{name}"), ranges) {
+            all.insert_boxed(target, inner);
+        }
+    };
+    match info {
+        TypeInfo::Struct(info) => {
+            for (i, field) in info.iter().enumerate() {
+                add(Target::Field(i), field.type_info(), field.name());
+            }
+        }
+        TypeInfo::Enum(info) => {
+            for (variant_index, variant) in info.iter().enumerate() {
+                let VariantInfo::Tuple(info) = variant else {
+                    continue;
+                };
+                for (field_index, field) in info.iter().enumerate() {
+                    let target = Target::VariantField {
+                        variant_index,
+                        field_index,
+                    };
+                    add(target, field.type_info(), &field_index.to_string());
+                }
+            }
+        }
+        _ => {}
+    }
+    Some(Box::new(all))
+}
+
 #[cfg(test)]
 mod tests {
+    use bevy::reflect::Typed;
+
     use super::*;
+    use crate::{HintSampling, Parameters, RadianceHintsSettings};
 
     #[test]
     fn documentation_is_shown_as_text() {
@@ -412,15 +491,32 @@ mod tests {
             max: 90.0,
             unit: "°",
         };
-        let float = options(&45.0f32, &range).unwrap();
+        let float = options(f32::type_info(), &range).unwrap();
         let float = float.downcast_ref::<NumberOptions<f32>>().unwrap();
         assert_eq!((float.min, float.max), (Some(10.0), Some(90.0)));
-        let int = options(&45u32, &range).unwrap();
+        let int = options(u32::type_info(), &range).unwrap();
         let int = int.downcast_ref::<NumberOptions<u32>>().unwrap();
         assert_eq!((int.min, int.max), (Some(10), Some(90)));
-        let vector = options(&Vec3::ONE, &range).unwrap();
+        let vector = options(Vec3::type_info(), &range).unwrap();
         let vector = vector.downcast_ref::<NumberOptions<Vec3>>().unwrap();
         assert_eq!(vector.max, Some(Vec3::splat(90.0)));
-        assert!(options(&true, &range).is_none());
+        assert!(options(bool::type_info(), &range).is_none());
+    }
+
+    #[test]
+    fn editors_of_variants_know_their_ranges() {
+        let ranges = RadianceHintsSettings::ranges();
+        let options = field_options(Some(HintSampling::type_info()), "sampling", &ranges).unwrap();
+        let options = options.downcast_ref::<InspectorOptions>().unwrap();
+        let target = |variant_index| Target::VariantField {
+            variant_index,
+            field_index: 0,
+        };
+        assert!(options.get(target(0)).is_none());
+        let disk = options.get(target(1)).unwrap();
+        let disk = disk.downcast_ref::<InspectorOptions>().unwrap();
+        let spread = disk.get(Target::Field(0)).unwrap();
+        let spread = spread.downcast_ref::<NumberOptions<f32>>().unwrap();
+        assert_eq!((spread.min, spread.max), (Some(0.02), Some(1.0)));
     }
 }

@@ -4,9 +4,10 @@ use bevy::ecs::prelude::*;
 use bevy_egui::egui;
 
 use super::{GiInspector, fields, rust, shaders};
-use crate::{GiHistory, GiSettings, GiSettingsRegistry};
+use crate::{GiCaptureSettings, GiHistory, GiSettingsRegistry, ParametersKind, SettingsValues};
 
-/// All settings of a world as RON: a map from type names to values.
+/// All settings of a world as RON: a map from type names to values. Components of the scene are not part of it; of
+/// cameras, the primary one stands for all.
 ///
 /// # Errors
 /// The error of the format; a world without settings.
@@ -24,33 +25,44 @@ pub fn to_ron(world: &World) -> Result<String, String> {
     Ok(text)
 }
 
-/// Sets the settings of a world from RON, as [`to_ron`] writes it.
+/// Sets the settings of a world from RON, as [`to_ron`] writes it: resources, and components of all entities that
+/// have such.
 ///
 /// # Errors
 /// What is wrong with the text, and where. Nothing is changed then.
 pub fn from_ron(world: &mut World, text: &str) -> Result<(), String> {
+    values_from_ron(world, text)?.apply(world);
+    Ok(())
+}
+
+/// Reads settings from RON, as [`to_ron`] writes it, and does not apply them yet.
+///
+/// # Errors
+/// What is wrong with the text, and where.
+pub fn values_from_ron(world: &World, text: &str) -> Result<SettingsValues, String> {
     let registry = world
         .get_resource::<GiSettingsRegistry>()
-        .cloned()
         .ok_or("the app has no GiPlugins")?;
     let mut deserializer = ron::Deserializer::from_str(text).map_err(|e| e.to_string())?;
-    let values = registry
+    registry
         .deserialize(world, &mut deserializer)
         .and_then(|values| deserializer.end().map(|()| values))
-        .map_err(|e| deserializer.span_error(e).to_string())?;
-    values.apply(world);
-    Ok(())
+        .map_err(|e| deserializer.span_error(e).to_string())
 }
 
 /// All settings as Rust code.
 fn to_rust(world: &World) -> String {
     let registry = world.resource::<GiSettingsRegistry>();
-    let entries = registry.iter().filter_map(|entry| {
-        let value = entry.get(world)?;
-        Some(rust::insert_resource(
-            value.as_partial_reflect(),
-            entry.default_value().as_partial_reflect(),
-        ))
+    let saved = registry
+        .iter()
+        .filter(|entry| entry.kind != ParametersKind::Scene);
+    let entries = saved.filter_map(|entry| {
+        let value = entry.get(world)?.as_partial_reflect();
+        let default = entry.default_value().as_partial_reflect();
+        Some(match entry.kind {
+            ParametersKind::Resource => rust::insert_resource(value, default),
+            _ => rust::insert_component(value, default),
+        })
     });
     entries.collect()
 }
@@ -89,13 +101,13 @@ pub(super) fn show(world: &mut World, inspector: &mut GiInspector, ui: &mut egui
         if fields::button(ui, "Reset history", "Lets all light start afresh") {
             world.resource_mut::<GiHistory>().reset();
         }
-        let mut frozen = world.resource::<GiSettings>().freeze_capture;
+        let mut frozen = world.resource::<GiCaptureSettings>().freeze;
         if ui
             .toggle_value(&mut frozen, "Freeze capture")
             .on_hover_text("Keeps voxels and shadow maps as they are, whatever moves")
             .changed()
         {
-            world.resource_mut::<GiSettings>().freeze_capture = frozen;
+            world.resource_mut::<GiCaptureSettings>().freeze = frozen;
         }
         let possible = shaders::can_reload();
         let button = ui.add_enabled(possible, egui::Button::new("Reload shaders"));

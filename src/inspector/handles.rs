@@ -9,7 +9,7 @@ use bevy::{
 use bevy_egui::{EguiContext, PrimaryEguiContext, egui};
 
 use super::GiInspector;
-use crate::{GiCamera, GiVolume};
+use crate::{GiVolume, PrimaryGiCamera};
 
 /// Part of the distance to the camera that arrows are long.
 const ARROW: f32 = 0.12;
@@ -53,9 +53,12 @@ pub(super) fn show(world: &mut World) {
     let ctx = context.get_mut();
     // What has the panel may be a camera for a user interface alone.
     let (mut camera, mut transform) = (camera.clone(), *transform);
-    let mut cameras = world.query_filtered::<(&Camera, &GlobalTransform), With<GiCamera>>();
-    let active = cameras.iter(world).filter(|(camera, _)| camera.is_active);
-    if let Some((first, place)) = active.min_by_key(|(camera, _)| camera.order) {
+    let primary = world.resource::<PrimaryGiCamera>().0;
+    let primary = primary.and_then(|entity| {
+        let place = world.get::<GlobalTransform>(entity)?;
+        Some((world.get::<Camera>(entity)?, place))
+    });
+    if let Some((first, place)) = primary {
         (camera, transform) = (first.clone(), *place);
     }
     let eye = Eye {

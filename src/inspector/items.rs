@@ -1,7 +1,7 @@
 //! Volumes, probe sets, lights and cameras of the world: lists and parameters.
 
 use bevy::{
-    camera::{Camera, Camera3d},
+    camera::Camera3d,
     ecs::{
         component::Mutable,
         prelude::*,
@@ -19,7 +19,8 @@ use super::{
     fields::{self, Group},
 };
 use crate::{
-    FieldRange, GiCamera, GiCascades, GiLight, GiTechniques, GiVolume, ProbePin, ProbeSet,
+    GiCamera, GiCascades, GiLight, GiSettingsRegistry, GiTechniques, GiVolume, PrimaryGiCamera,
+    ProbePin, ProbeSet,
 };
 
 type AnyLight = Or<(
@@ -100,9 +101,10 @@ pub(super) fn show(world: &mut World, inspector: &mut GiInspector, ui: &mut egui
         .filter(|entity| world.get_entity(*entity).is_ok());
     volumes(world, inspector, ui);
     cascades(world, inspector, ui);
-    probe_sets(world, inspector, ui);
+    pins(world, inspector, ui);
     lights(world, inspector, ui);
     cameras(world, inspector, ui);
+    others(world, inspector, ui);
     if inspector.selected.is_none() {
         ui.small("Click on an item for its parameters, and for handles in the viewport");
     }
@@ -120,9 +122,9 @@ fn volumes(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         "Volumes",
         &items,
         |world, entity, search, ui| {
-            component::<GiVolume>(world, entity, &GiVolume::ranges(), search, ui);
+            registered(world, entity, search, ui);
             if fields::button(ui, "Remove volume", "Takes the GiVolume from the entity") {
-                remove::<GiVolume>(world, entity);
+                remove::<(GiVolume, ProbeSet)>(world, entity);
             }
         },
     );
@@ -152,14 +154,13 @@ fn cascades(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         "Cascades",
         &items,
         |world, entity, search, ui| {
-            component::<GiCascades>(world, entity, &GiCascades::ranges(), search, ui);
-            component::<ProbeSet>(world, entity, &ProbeSet::ranges(), search, ui);
+            registered(world, entity, search, ui);
             if fields::button(
                 ui,
                 "Remove cascades",
                 "Takes the GiCascades from the entity",
             ) {
-                remove::<GiCascades>(world, entity);
+                remove::<(GiCascades, ProbeSet)>(world, entity);
             }
         },
     );
@@ -173,32 +174,7 @@ fn cascades(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     }
 }
 
-fn probe_sets(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
-    let items = list::<Option<&ProbeSet>, With<GiVolume>>(world, |set| match set {
-        None => "the default".into(),
-        Some(set) => format!("{} probes along the longest side", set.resolution),
-    });
-    section(
-        world,
-        inspector,
-        ui,
-        "Probe sets",
-        &items,
-        |world, entity, search, ui| {
-            if world.get::<ProbeSet>(entity).is_some() {
-                component::<ProbeSet>(world, entity, &ProbeSet::ranges(), search, ui);
-                if fields::button(ui, "Remove ProbeSet", "Probes stand by default again") {
-                    world.entity_mut(entity).remove::<ProbeSet>();
-                }
-            } else if fields::button(
-                ui,
-                "+ ProbeSet",
-                "Where the probes of this volume stand, for techniques that have any",
-            ) {
-                world.entity_mut(entity).insert(ProbeSet::default());
-            }
-        },
-    );
+fn pins(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     let pins = list::<(), With<ProbePin>>(world, |()| "a probe stands here".into());
     section(
         world,
@@ -254,8 +230,8 @@ fn lights(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         "Lights",
         &items,
         |world, entity, search, ui| {
+            registered(world, entity, search, ui);
             if world.get::<GiLight>(entity).is_some() {
-                component::<GiLight>(world, entity, &GiLight::ranges(), search, ui);
                 if fields::button(ui, "Remove GiLight", "The light has its whole share again") {
                     world.entity_mut(entity).remove::<GiLight>();
                 }
@@ -266,10 +242,10 @@ fn lights(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
             ) {
                 world.entity_mut(entity).insert(GiLight::default());
             }
-            component::<PointLight>(world, entity, &[], search, ui);
-            component::<SpotLight>(world, entity, &[], search, ui);
-            component::<DirectionalLight>(world, entity, &[], search, ui);
-            component::<RectLight>(world, entity, &[], search, ui);
+            component::<PointLight>(world, entity, search, ui);
+            component::<SpotLight>(world, entity, search, ui);
+            component::<DirectionalLight>(world, entity, search, ui);
+            component::<RectLight>(world, entity, search, ui);
             if fields::button(ui, "Remove light", "Takes the light from the entity") {
                 remove::<(PointLight, SpotLight, DirectionalLight, RectLight, GiLight)>(
                     world, entity,
@@ -328,10 +304,10 @@ fn cameras(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     let techniques = world.resource::<GiTechniques>().clone();
     let items = list::<Option<&GiCamera>, With<Camera3d>>(world, |gi| match gi {
         None => "no global illumination".into(),
-        Some(GiCamera { technique: None }) => "the technique of the settings".into(),
-        Some(GiCamera {
-            technique: Some(technique),
-        }) => techniques.title(*technique).into(),
+        Some(gi) => match gi.technique {
+            None => "the technique of the settings".into(),
+            Some(technique) => techniques.title(technique).into(),
+        },
     });
     section(
         world,
@@ -340,8 +316,8 @@ fn cameras(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         "Cameras",
         &items,
         |world, entity, search, ui| {
+            registered(world, entity, search, ui);
             if world.get::<GiCamera>(entity).is_some() {
-                component::<GiCamera>(world, entity, &[], search, ui);
                 if fields::button(
                     ui,
                     "Remove GiCamera",
@@ -360,14 +336,51 @@ fn cameras(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     );
 }
 
-/// The fields of a component, if the entity has it.
-fn component<T>(
-    world: &mut World,
-    entity: Entity,
-    ranges: &[FieldRange],
-    search: &str,
-    ui: &mut egui::Ui,
-) where
+/// Entities with registered parameters that are in none of the other lists.
+fn others(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
+    type Listed = Or<(
+        With<GiVolume>,
+        With<GiCascades>,
+        With<Camera3d>,
+        With<PointLight>,
+        With<SpotLight>,
+        With<DirectionalLight>,
+        With<RectLight>,
+    )>;
+    let listed: Vec<_> = list::<(), Listed>(world, |()| String::new());
+    let registry = world.resource::<GiSettingsRegistry>().clone();
+    let mut items: Vec<(Entity, String)> = Vec::new();
+    for entry in registry.components() {
+        for entity in entry.entities(world) {
+            if listed.iter().any(|(other, _)| *other == entity) {
+                continue;
+            }
+            match items.iter_mut().find(|(other, _)| *other == entity) {
+                Some((_, line)) => *line += &format!(", {}", entry.name),
+                None => {
+                    let name = world.get::<Name>(entity);
+                    let name = name.map_or_else(|| entity.to_string(), ToString::to_string);
+                    items.push((entity, format!("{name}: {}", entry.name)));
+                }
+            }
+        }
+    }
+    if !items.is_empty() {
+        section(world, inspector, ui, "Others", &items, registered);
+    }
+}
+
+/// The fields of all registered parameters that an entity has.
+fn registered(world: &mut World, entity: Entity, search: &str, ui: &mut egui::Ui) {
+    let registry = world.resource::<GiSettingsRegistry>().clone();
+    for entry in registry.components() {
+        fields::parameters(world, entry, entity, fields::Fold::OPEN, search, ui);
+    }
+}
+
+/// The fields of a component of Bevy's, if the entity has it.
+fn component<T>(world: &mut World, entity: Entity, search: &str, ui: &mut egui::Ui)
+where
     T: Component<Mutability = Mutable> + Reflect + bevy::reflect::TypePath + Default + Clone,
 {
     let Some(mut value) = world.get::<T>(entity).cloned() else {
@@ -376,7 +389,7 @@ fn component<T>(
     let group = Group {
         title: T::short_type_path(),
         default: &T::default(),
-        ranges,
+        ranges: &[],
         search,
         fold: fields::Fold::OPEN,
     };
@@ -411,11 +424,11 @@ fn place(world: &mut World, entity: Entity, ui: &mut egui::Ui) {
     }
 }
 
-/// A point before the first camera that shows GI, metres away.
-fn ahead(world: &mut World, distance: f32) -> Vec3 {
-    let mut cameras = world.query_filtered::<(&Camera, &GlobalTransform), With<GiCamera>>();
-    let first = cameras.iter(world).min_by_key(|(camera, _)| camera.order);
-    first.map_or(Vec3::ZERO, |(_, transform)| {
+/// A point before the primary camera, metres away.
+fn ahead(world: &World, distance: f32) -> Vec3 {
+    let primary = world.resource::<PrimaryGiCamera>().0;
+    let transform = primary.and_then(|camera| world.get::<GlobalTransform>(camera));
+    transform.map_or(Vec3::ZERO, |transform| {
         let forward = Vec3::from(transform.affine().matrix3 * Vec3A::NEG_Z);
         transform.translation() + forward.normalize_or_zero() * distance
     })

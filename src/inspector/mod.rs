@@ -14,7 +14,7 @@
 //!     .run();
 //! ```
 //!
-//! F1 opens it. Its contents come from reflection: all fields of all resources in
+//! F1 opens it. Its contents come from reflection: all fields of all resources and components in
 //! [`crate::GiSettingsRegistry`], with their ranges, units and documentation.
 //!
 //! While the panel is closed, only the system that waits for its key runs.
@@ -43,7 +43,7 @@ use bevy_inspector_egui::DefaultInspectorConfigPlugin;
 
 /// The `bevy_egui` that draws the panel.
 pub use bevy_egui;
-pub use files::{from_ron, to_ron};
+pub use files::{from_ron, to_ron, values_from_ron};
 pub use panel::Tab;
 
 use crate::GiSettingsRegistry;

@@ -157,7 +157,7 @@ fn technique(world: &mut World, ui: &mut egui::Ui) {
         ui.strong("Quality");
         let registry = world.resource::<GiSettingsRegistry>().clone();
         let mut names: Vec<&str> = Vec::new();
-        for (name, _) in registry.active(technique).flat_map(SettingsEntry::presets) {
+        for name in registry.active(technique).flat_map(SettingsEntry::presets) {
             if !names.contains(&name) {
                 names.push(name);
             }
@@ -165,8 +165,8 @@ fn technique(world: &mut World, ui: &mut egui::Ui) {
         for name in names {
             let in_force = registry.has_preset(world, name);
             let button = ui.selectable_label(in_force, name).on_hover_text(format!(
-                "Sets all parameters of the technique to the preset '{name}'; light units, sky and the \
-                 technique stay"
+                "Sets the cameras, the capture and the technique to the preset '{name}'; which technique \
+                 that is, the strength of the light, and the sky stay"
             ));
             if button.clicked() {
                 registry.apply_preset(world, name);
@@ -187,8 +187,8 @@ fn settings(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
         before
     });
     let switched = before.is_some_and(|before| before != technique);
-    // Debug views have a tab of their own.
-    for entry in registry.iter().filter(|entry| !is_debug(entry)) {
+    // Debug views have a tab of their own, and components of the scene are in another.
+    for entry in registry.resources().filter(|entry| !is_debug(entry)) {
         let active = entry.technique.is_none_or(|t| t == technique);
         let fold = Fold {
             at_first: active,
@@ -205,23 +205,8 @@ pub(super) fn is_debug(entry: &SettingsEntry) -> bool {
 
 /// All fields of a settings resource.
 fn resource(world: &mut World, entry: &SettingsEntry, fold: Fold, search: &str, ui: &mut egui::Ui) {
-    let Some(value) = entry.get(world) else {
-        return;
-    };
-    let Ok(mut value) = value.reflect_clone() else {
-        return;
-    };
-    let group = fields::Group {
-        title: entry.name,
-        default: entry.default_value(),
-        ranges: &entry.ranges,
-        search,
-        fold,
-    };
-    if group.show(world, &mut *value, ui)
-        && let Some(mut resource) = entry.get_mut(world)
-    {
-        resource.apply(value.as_partial_reflect());
+    if let [entity] = entry.entities(world)[..] {
+        fields::parameters(world, entry, entity, fold, search, ui);
     }
 }
 

@@ -6,11 +6,20 @@ use crate::GiTechnique;
 
 /// Code that inserts a resource; only fields that differ from the default are named.
 pub(super) fn insert_resource(value: &dyn PartialReflect, default: &dyn PartialReflect) -> String {
-    let ReflectRef::Struct(fields) = value.reflect_ref() else {
-        return format!("app.insert_resource({});\n", expression(value));
-    };
-    let ReflectRef::Struct(defaults) = default.reflect_ref() else {
-        return String::new();
+    format!("app.insert_resource({});\n", differing(value, default))
+}
+
+/// Code that inserts a component into the entity of a camera; only fields that differ from the default are named.
+pub(super) fn insert_component(value: &dyn PartialReflect, default: &dyn PartialReflect) -> String {
+    format!("camera.insert({});\n", differing(value, default))
+}
+
+/// A value as an expression over several lines, which names only fields that differ from the default.
+fn differing(value: &dyn PartialReflect, default: &dyn PartialReflect) -> String {
+    let (ReflectRef::Struct(fields), ReflectRef::Struct(defaults)) =
+        (value.reflect_ref(), default.reflect_ref())
+    else {
+        return expression(value);
     };
     let mut changed = String::new();
     for i in 0..fields.field_len() {
@@ -26,9 +35,9 @@ pub(super) fn insert_resource(value: &dyn PartialReflect, default: &dyn PartialR
     }
     let name = type_name(value);
     if changed.is_empty() {
-        format!("app.insert_resource({name}::default());\n")
+        format!("{name}::default()")
     } else {
-        format!("app.insert_resource({name} {{\n{changed}    ..Default::default()\n}});\n")
+        format!("{name} {{\n{changed}    ..Default::default()\n}}")
     }
 }
 
@@ -87,7 +96,10 @@ mod tests {
     use bevy::color::LinearRgba;
 
     use super::*;
-    use crate::{GatherResolution, GiSettings, GiSky};
+    use crate::{
+        EmissiveUnits, GatherResolution, GiCamera, GiSettings, GiSky, GiTechnique, HintDisk,
+        HintSampling, RadianceHintsSettings,
+    };
 
     #[test]
     fn only_what_differs_is_written() {
@@ -97,8 +109,7 @@ mod tests {
             "app.insert_resource(GiSettings::default());\n"
         );
         let settings = GiSettings {
-            indirect_strength: 2.0,
-            gather_resolution: GatherResolution::Half,
+            emissive_units: EmissiveUnits::Nits,
             replace_ambient: true,
             sky: GiSky::Constant(LinearRgba::rgb(1.0, 0.5, 0.25)),
             ..default.clone()
@@ -106,10 +117,35 @@ mod tests {
         assert_eq!(
             insert_resource(&settings, &default),
             "app.insert_resource(GiSettings {\n    \
-             indirect_strength: 2.0,\n    \
-             gather_resolution: GatherResolution::Half,\n    \
              replace_ambient: true,\n    \
              sky: GiSky::Constant(LinearRgba { red: 1.0, green: 0.5, blue: 0.25, alpha: 1.0 }),\n    \
+             emissive_units: EmissiveUnits::Nits,\n    \
+             ..Default::default()\n});\n"
+        );
+        let camera = GiCamera {
+            strength: 2.0,
+            resolution: GatherResolution::Half,
+            ..GiCamera::with_technique(GiTechnique::new("vct"))
+        };
+        assert_eq!(
+            insert_component(&camera, &GiCamera::default()),
+            "camera.insert(GiCamera {\n    \
+             technique: Option::Some(GiTechnique::new(\"vct\")),\n    \
+             strength: 2.0,\n    \
+             resolution: GatherResolution::Half,\n    \
+             ..Default::default()\n});\n"
+        );
+        let hints = RadianceHintsSettings {
+            sampling: HintSampling::Disk(HintDisk {
+                spread: 0.5,
+                min_distance: 1.0,
+            }),
+            ..Default::default()
+        };
+        assert_eq!(
+            insert_resource(&hints, &RadianceHintsSettings::default()),
+            "app.insert_resource(RadianceHintsSettings {\n    \
+             sampling: HintSampling::Disk(HintDisk { spread: 0.5, min_distance: 1.0 }),\n    \
              ..Default::default()\n});\n"
         );
     }

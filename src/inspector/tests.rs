@@ -18,8 +18,9 @@ use bevy_egui::{EguiPlugin, egui};
 
 use super::{GiInspector, GiInspectorPlugin, Tab, cost, panel};
 use crate::{
-    GiCascades, GiDebugSettings, GiHistory, GiLight, GiSettings, GiSettingsRegistry, GiSupport,
-    GiTechnique, GiTechniques, GiView, GiVolume, ProbePin, no_renderer_tests,
+    GiCamera, GiCaptureSettings, GiCascades, GiDebugSettings, GiHistory, GiLight, GiSettings,
+    GiSettingsRegistry, GiSupport, GiTechnique, GiTechniques, GiView, GiVolume, ParametersKind,
+    ProbePin, no_renderer_tests,
 };
 
 /// The panel's contents, with a pointer but without a window.
@@ -144,15 +145,21 @@ fn collect(shape: &egui::Shape, text: &mut Vec<(egui::Pos2, String)>) {
 
 /// Nothing in the panel knows the names of the settings.
 #[test]
-fn every_parameter_of_every_settings_resource_is_shown() {
+fn every_parameter_of_every_type_is_shown() {
     let mut panel = Panel::new(Tab::Settings);
     let mut shown = 0;
     let registry = panel.get::<GiSettingsRegistry>().clone();
     for entry in registry.iter() {
-        panel.inspector.tab = match panel::is_debug(entry) {
-            true => Tab::Views,
-            false => Tab::Settings,
+        panel.inspector.tab = match entry.kind {
+            ParametersKind::Resource if panel::is_debug(entry) => Tab::Views,
+            ParametersKind::Resource => Tab::Settings,
+            ParametersKind::Camera | ParametersKind::Scene => Tab::Scene,
         };
+        if entry.kind != ParametersKind::Resource {
+            let entity = panel.world().spawn_empty().id();
+            entry.insert(panel.world(), entity);
+            panel.inspector.selected = Some(entity);
+        }
         // Groups of other techniques are folded, unless something is looked for.
         panel.inspector.search = entry.name.into();
         let text = panel.text();
@@ -174,7 +181,8 @@ fn every_parameter_of_every_settings_resource_is_shown() {
             shown += 1;
         }
     }
-    assert!(shown > 30, "only {shown} parameters");
+    assert!(shown > 60, "only {shown} parameters");
+    assert!(registry.components().count() >= 5);
 }
 
 /// A world without a renderer, a camera or a window has a panel, too.
@@ -190,7 +198,7 @@ fn every_tab_can_be_shown() {
         let text = panel.text();
         assert!(text.contains("Technique"), "{text}");
         let expected = match tab {
-            Tab::Settings => "indirect strength",
+            Tab::Settings => "shadow map size",
             Tab::Scene => "128 voxels",
             Tab::Cost => "bevy_gi is off",
             Tab::Views => "voxel-albedo",
@@ -303,11 +311,17 @@ fn files_history_and_capture_have_their_buttons() {
     let name = format!("bevy_gi_panel_{}.ron", std::process::id());
     let file = std::env::temp_dir().join(name);
     panel.inspector.file = file.to_string_lossy().into_owned();
-    panel.world().resource_mut::<GiSettings>().history_frames = 17;
+    panel
+        .world()
+        .resource_mut::<GiCaptureSettings>()
+        .rsm_updates = 17;
     panel.click("Save");
-    panel.world().resource_mut::<GiSettings>().history_frames = 3;
+    panel
+        .world()
+        .resource_mut::<GiCaptureSettings>()
+        .rsm_updates = 3;
     panel.click("Load");
-    assert_eq!(panel.get::<GiSettings>().history_frames, 17);
+    assert_eq!(panel.get::<GiCaptureSettings>().rsm_updates, 17);
     let _ = std::fs::remove_file(&file);
     panel.click("Load");
     let text = panel.text();
@@ -315,10 +329,10 @@ fn files_history_and_capture_have_their_buttons() {
     assert!(text.contains(&*name) && !text.contains("loaded"), "{text}");
     panel.click("Copy as Rust");
     let code = panel.copied.clone();
-    assert!(code.contains("history_frames: 17"), "{code}");
-    assert!(!panel.get::<GiSettings>().freeze_capture);
+    assert!(code.contains("rsm_updates: 17"), "{code}");
+    assert!(!panel.get::<GiCaptureSettings>().freeze);
     panel.click("Freeze capture");
-    assert!(panel.get::<GiSettings>().freeze_capture);
+    assert!(panel.get::<GiCaptureSettings>().freeze);
     let before = *panel.get::<GiHistory>();
     panel.click("Reset history");
     assert_ne!(*panel.get::<GiHistory>(), before);
@@ -402,4 +416,89 @@ fn without_egui_it_only_warns() {
     press(&mut app, KeyCode::F1);
     app.update();
     assert!(app.world().resource::<GiInspector>().open);
+}
+
+/// Cameras have their values of one of them in a file, those of the scene have none.
+#[test]
+fn settings_of_cameras_survive_a_file_and_the_scene_stays() {
+    let mut panel = Panel::new(Tab::Settings);
+    let world = panel.world();
+    let camera = GiCamera {
+        strength: 2.0,
+        history_frames: 17,
+        ..Default::default()
+    };
+    let first = world.spawn(camera).id();
+    let own = GiCamera::with_technique(GiTechnique::OFF);
+    let volume = world.spawn(GiVolume::default().with_resolution(64)).id();
+    panel.app.update();
+    let saved = super::to_ron(panel.world()).unwrap();
+    assert!(
+        saved.contains("GiCamera") && !saved.contains("GiVolume"),
+        "{saved}"
+    );
+    let world = panel.world();
+    *world.get_mut::<GiCamera>(first).unwrap() = GiCamera::default();
+    let second = world.spawn(own).id();
+    *world.get_mut::<GiVolume>(volume).unwrap() = GiVolume::default();
+    let values = super::values_from_ron(world, &saved).unwrap();
+    values.apply_always(world);
+    assert_eq!(world.get::<GiCamera>(first), Some(&camera));
+    // Each keeps its technique.
+    let expected = GiCamera {
+        technique: own.technique,
+        ..camera
+    };
+    assert_eq!(world.get::<GiCamera>(second), Some(&expected));
+    assert_eq!(world.get::<GiVolume>(volume), Some(&GiVolume::default()));
+    // And those that come later.
+    let third = world.spawn(own).id();
+    assert_eq!(world.get::<GiCamera>(third), Some(&expected));
+}
+
+/// What is out of range is brought into it, wherever it is, in the frame in which it was set.
+#[test]
+fn every_type_is_clamped() {
+    use bevy::reflect::GetPath;
+
+    let mut panel = Panel::new(Tab::Settings);
+    let registry = panel.get::<GiSettingsRegistry>().clone();
+    let mut clamped = 0;
+    for entry in registry.iter() {
+        let world = panel.world();
+        let entity = match entry.entities(world)[..] {
+            [entity] => entity,
+            _ => {
+                let entity = world.spawn_empty().id();
+                entry.insert(world, entity);
+                entity
+            }
+        };
+        // Bounds of numbers that are there: not those in other variants of an enum.
+        let mut value = entry.get_mut_of(world, entity).unwrap();
+        let mut set = Vec::new();
+        for range in &entry.ranges {
+            let path = range.field;
+            if let Ok(number) = value.path_mut::<f32>(path) {
+                *number = f32::INFINITY;
+                set.push(path);
+            } else if range.max < f64::from(u32::MAX)
+                && let Ok(number) = value.path_mut::<u32>(path)
+            {
+                *number = u32::MAX;
+                set.push(path);
+            }
+        }
+        panel.app.update();
+        let value = entry.get_of(panel.world(), entity).unwrap();
+        for path in set {
+            let range = entry.ranges.iter().find(|range| range.field == path);
+            let max = range.unwrap().max;
+            let is = value.path::<f32>(path).map(|number| f64::from(*number));
+            let is = is.or_else(|_| value.path::<u32>(path).map(|number| f64::from(*number)));
+            assert_eq!(is.unwrap(), max, "{}.{path}", entry.name);
+            clamped += 1;
+        }
+    }
+    assert!(clamped > 40, "only {clamped} numbers");
 }

@@ -51,6 +51,8 @@ pub use scene::ReferenceScene;
 use film::Film;
 use sampler::Sampler;
 
+use crate::settings::{Clamp, Parameters};
+
 /// Diffuse lobe of materials.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
@@ -74,13 +76,16 @@ pub enum SpecularModel {
     SingleScattering,
 }
 
+/// Most of [`ReferenceSettings::max_bounces`].
+const MAX_BOUNCES: u32 = 128;
+
 /// Parameters of the path tracer.
 #[derive(Resource, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ReferenceSettings {
     /// Maximum number of reflections between the first surface and the light. 0 leaves direct light and
-    /// emission alone. Default 64; Russian roulette ends most paths earlier, without bias.
+    /// emission alone. Range 0..=128, default 64; Russian roulette ends most paths earlier, without bias.
     pub max_bounces: u32,
     /// Seed that scrambles the sampling points. Default 0.
     pub seed: u32,
@@ -90,6 +95,13 @@ pub struct ReferenceSettings {
     pub specular: SpecularModel,
     /// Whether the sky is visible behind the scene. Default `true`.
     pub show_sky: bool,
+}
+
+impl Parameters for ReferenceSettings {
+    fn clamp(&mut self, c: &mut Clamp) {
+        c.int("max_bounces", &mut self.max_bounces, 0, MAX_BOUNCES);
+        c.int("seed", &mut self.seed, 0, u32::MAX);
+    }
 }
 
 impl Default for ReferenceSettings {

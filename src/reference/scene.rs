@@ -5,6 +5,7 @@ use std::{collections::HashMap, f32::consts::PI, fmt};
 use bevy::{
     asset::{AssetId, Assets, Handle},
     camera::{
+        Camera,
         primitives::Aabb,
         visibility::{InheritedVisibility, RenderLayers, VisibilityRange},
     },
@@ -36,7 +37,7 @@ use super::{
     texture::{Cubemap, Texture},
 };
 use crate::{
-    camera::GiCamera,
+    camera::{GiCamera, PrimaryGiCamera},
     scene::{
         viewers::{Viewer, Viewers},
         visibility::NotGiCaster,
@@ -135,7 +136,8 @@ impl ReferenceScene {
             units: settings.emissive_units,
             ..Default::default()
         };
-        let viewers = Viewers::new(world.query_filtered::<Viewer, With<GiCamera>>().iter(world));
+        let mut cameras = world.query_filtered::<Viewer, With<GiCamera>>();
+        let viewers = Viewers::new(primary(world), cameras.iter(world));
         builder.meshes(world, &viewers);
         let (lights, layers): (Vec<_>, Vec<_>) = lights(world, &viewers).into_iter().unzip();
         let passes = layers.iter().map(|layers| builder.passes(layers)).collect();
@@ -468,22 +470,25 @@ fn collect<L: Component>(
 }
 
 type CameraSky = (
-    &'static bevy::camera::Camera,
     Option<&'static bevy::camera::Exposure>,
     Option<&'static EnvironmentMapLight>,
     Option<&'static Skybox>,
     Option<&'static AmbientLight>,
 );
 
-/// Exposure of the first GI camera, and the sky as [`GiSettings::sky`] has it.
+/// The primary GI camera, in a world that may have none of the plugins.
+fn primary(world: &mut World) -> PrimaryGiCamera {
+    let mut cameras = world.query_filtered::<(Entity, &Camera), With<GiCamera>>();
+    PrimaryGiCamera::of(cameras.iter(world))
+}
+
+/// Exposure of the primary GI camera, and the sky as [`GiSettings::sky`] has it.
 fn camera_sky(world: &mut World, settings: &GiSettings) -> (f32, Result<Sky, String>) {
-    let mut query = world.query_filtered::<CameraSky, With<GiCamera>>();
-    let camera = query
-        .iter(world)
-        .filter(|(camera, ..)| camera.is_active)
-        .min_by_key(|(camera, ..)| camera.order);
+    let primary = primary(world).0;
+    let mut query = world.query::<CameraSky>();
+    let camera = primary.and_then(|camera| query.get(world, camera).ok());
     let exposure = camera
-        .and_then(|(_, exposure, ..)| exposure.copied())
+        .and_then(|(exposure, ..)| exposure.copied())
         .unwrap_or_default()
         .exposure();
     let map = |image: &Handle<Image>, scale: f32, rotation: Quat| -> Result<Sky, String> {
@@ -496,7 +501,7 @@ fn camera_sky(world: &mut World, settings: &GiSettings) -> (f32, Result<Sky, Str
     let sky = match (settings.sky, camera) {
         (GiSky::Constant(color), _) => Ok(Sky::Constant(color.to_vec3())),
         (GiSky::Black, _) | (GiSky::Camera, None) => Ok(Sky::Constant(Vec3::ZERO)),
-        (GiSky::Camera, Some((_, _, environment, skybox, ambient))) => {
+        (GiSky::Camera, Some((_, environment, skybox, ambient))) => {
             if let Some(light) = environment {
                 map(&light.specular_map, light.intensity, light.rotation)
             } else if let Some((skybox, image)) = skybox.and_then(|s| Some((s, s.image.as_ref()?)))

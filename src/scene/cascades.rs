@@ -10,18 +10,18 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{probes::ProbeSet, volume::GiVolume};
-use crate::{
-    gpu::statistics::GiStatistics,
-    settings::{Clamp, Clamped, FieldRange},
+use super::{
+    probes::ProbeSet,
+    volume::{GiVolume, LARGEST},
 };
+use crate::settings::{Clamp, Clamping, Parameters, ParametersKind, SettingsComponentPlugin};
 
 /// Nested [`GiVolume`]s that follow the camera, for worlds that a single volume cannot hold.
 ///
 /// Each volume is larger than the one inside it by the same factor, has as many voxels, and blends into the
 /// next at its border. The volumes are children of this entity and are removed with it. A [`ProbeSet`] on this
 /// entity is copied to all of them. Its `Transform` is an offset from the camera; its scale multiplies the
-/// extents.
+/// extents. Volumes are 100 km large at most.
 #[derive(Component, Reflect, Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[require(Transform, Visibility)]
@@ -54,15 +54,10 @@ impl Default for GiCascades {
 }
 
 impl GiCascades {
-    /// Ranges of the numeric fields.
-    pub fn ranges() -> Vec<FieldRange> {
-        Clamp::ranges::<Self>()
-    }
-
     /// The volume of a level; level 0 is the innermost.
     pub fn volume(&self, level: u32) -> GiVolume {
         GiVolume {
-            extent: self.extent * self.ratio.powi(level as i32),
+            extent: (self.extent * self.ratio.powi(level as i32)).min(Vec3::splat(LARGEST)),
             resolution: self.resolution,
             follow_camera: true,
             fade: self.fade,
@@ -70,7 +65,9 @@ impl GiCascades {
     }
 }
 
-impl Clamped for GiCascades {
+impl Parameters for GiCascades {
+    const KIND: ParametersKind = ParametersKind::Scene;
+
     fn clamp(&mut self, c: &mut Clamp) {
         c.int("levels", &mut self.levels, 1, 4).unit("volumes");
         c.float("extent.x", &mut self.extent.x, 0.01, 1e5).unit("m");
@@ -93,14 +90,17 @@ impl Plugin for CascadesPlugin {
     fn build(&self, app: &mut App) {
         app.add_observer(remove_volumes).add_systems(
             PostUpdate,
-            update_volumes.before(TransformSystems::Propagate),
+            update_volumes
+                .after(Clamping)
+                .before(TransformSystems::Propagate),
         );
+        app.add_plugins(SettingsComponentPlugin::<GiCascades>::default());
     }
 }
 
 type CascadesData<'a> = (
     Entity,
-    &'a mut GiCascades,
+    &'a GiCascades,
     Option<&'a ProbeSet>,
     Option<&'a Children>,
 );
@@ -109,11 +109,10 @@ type Changes = Or<(Changed<GiCascades>, Changed<ProbeSet>)>;
 /// Makes the volumes what their cascades say.
 fn update_volumes(
     mut commands: Commands,
-    mut all: Query<CascadesData, Changes>,
+    all: Query<CascadesData, Changes>,
     owners: Query<&Children, With<GiCascades>>,
     volumes: Query<&Cascade>,
     mut unset: RemovedComponents<ProbeSet>,
-    statistics: Res<GiStatistics>,
 ) {
     for owner in unset.read() {
         for child in owners.get(owner).into_iter().flatten() {
@@ -122,28 +121,22 @@ fn update_volumes(
             }
         }
     }
-    for (owner, mut cascades, set, children) in &mut all {
-        let mut clamped = *cascades;
-        let changes = Clamp::apply("GiCascades", &mut clamped);
-        if !changes.is_empty() {
-            statistics.warn(changes);
-            *cascades = clamped;
-        }
-        let mut missing: Vec<u32> = (0..clamped.levels).collect();
+    for (owner, cascades, set, children) in &all {
+        let mut missing: Vec<u32> = (0..cascades.levels).collect();
         for child in children.into_iter().flatten() {
             let Ok(Cascade(level)) = volumes.get(*child) else {
                 continue;
             };
-            if *level < clamped.levels {
+            if *level < cascades.levels {
                 missing.retain(|other| other != level);
-                commands.entity(*child).insert(clamped.volume(*level));
+                commands.entity(*child).insert(cascades.volume(*level));
             } else {
                 commands.entity(*child).despawn();
             }
         }
         for level in missing {
             let name = Name::new(format!("cascade {level}"));
-            commands.spawn((name, Cascade(level), clamped.volume(level), ChildOf(owner)));
+            commands.spawn((name, Cascade(level), cascades.volume(level), ChildOf(owner)));
         }
         if let Some(set) = set.copied() {
             commands.queue(move |world: &mut World| give_set(world, owner, set));
@@ -181,7 +174,7 @@ fn remove_volumes(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::tests::check_ranges;
+    use crate::{gpu::statistics::GiStatistics, settings::tests::check_ranges};
 
     fn app() -> App {
         let mut app = App::new();
@@ -236,6 +229,6 @@ mod tests {
 
     #[test]
     fn every_number_has_a_range() {
-        check_ranges(&GiCascades::default(), GiCascades::ranges());
+        check_ranges::<GiCascades>();
     }
 }

@@ -7,7 +7,7 @@
 use std::f32::consts::PI;
 
 use bevy::{
-    app::{App, Last, Plugin},
+    app::{App, Plugin},
     camera::visibility::{InheritedVisibility, RenderLayers},
     color::{Color, ColorToComponents},
     ecs::{prelude::*, system::SystemParam},
@@ -33,7 +33,7 @@ use super::{
 };
 use crate::{
     gpu::statistics::GiStatistics,
-    settings::{Clamp, Clamped, FieldRange, GiSettings},
+    settings::{Clamp, GiSettings, Parameters, ParametersKind, SettingsComponentPlugin},
 };
 
 /// How a light takes part in global illumination.
@@ -49,7 +49,7 @@ pub struct GiLight {
     /// Techniques that use reflective shadow maps have shadows in any case.
     pub shadows: bool,
     /// Size of the light's reflective shadow maps, texels along the side, rounded up to a power of two. 0 takes
-    /// [`GiSettings::rsm_size`]. Range 0, 64..=2048, default 0. Cost: all maps take the memory of the largest.
+    /// [`GiCaptureSettings::rsm_size`](crate::GiCaptureSettings::rsm_size). Range 0, 64..=2048, default 0. Cost: all maps take the memory of the largest.
     pub rsm_size: u32,
     /// Minimum number of frames between two updates of the light's reflective shadow maps. Range 1..=256,
     /// default 1. Cost: inversely proportional, while the light or the surfaces in its view move.
@@ -57,11 +57,6 @@ pub struct GiLight {
 }
 
 impl GiLight {
-    /// Ranges of the numeric fields.
-    pub fn ranges() -> Vec<FieldRange> {
-        Clamp::ranges::<Self>()
-    }
-
     /// A light that does not bounce.
     pub const OFF: Self = Self {
         intensity: 0.0,
@@ -82,7 +77,9 @@ impl Default for GiLight {
     }
 }
 
-impl Clamped for GiLight {
+impl Parameters for GiLight {
+    const KIND: ParametersKind = ParametersKind::Scene;
+
     fn clamp(&mut self, c: &mut Clamp) {
         c.float("intensity", &mut self.intensity, 0.0, 16.0);
         if self.rsm_size != 0 {
@@ -91,13 +88,6 @@ impl Clamped for GiLight {
         c.int("rsm_size", &mut self.rsm_size, 0, 2048).unit("px");
         c.int("rsm_interval", &mut self.rsm_interval, 1, 256)
             .unit("frames");
-    }
-}
-
-/// Clamps every light's share.
-fn clamp_lights(mut lights: Query<&mut GiLight, Changed<GiLight>>, statistics: Res<GiStatistics>) {
-    for mut light in &mut lights {
-        statistics.warn(Clamp::apply("GiLight", light.bypass_change_detection()));
     }
 }
 
@@ -228,7 +218,7 @@ pub(crate) struct LightsPlugin;
 
 impl Plugin for LightsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Last, clamp_lights);
+        app.add_plugins(SettingsComponentPlugin::<GiLight>::default());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
@@ -427,7 +417,7 @@ pub(crate) fn warn_of_lights(statistics: &GiStatistics, without: usize) {
     if without > 0 {
         let warning = format!(
             "{without} lights do not bounce: even the smallest maps of all lights do not fit into the memory of \
-             GiSettings.max_shadow_maps"
+             GiCaptureSettings.max_shadow_maps"
         );
         if !statistics.warnings().contains(&warning) {
             warn!("{warning}");

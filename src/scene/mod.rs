@@ -33,8 +33,9 @@ use bevy::{
     pbr::StandardMaterial,
 };
 
-/// Everything in [`scene`](self).
-pub(crate) struct ScenePlugin;
+/// The capture of the scene: everything in [`scene`](self).
+#[derive(Default)]
+pub struct ScenePlugin;
 
 impl Plugin for ScenePlugin {
     fn build(&self, app: &mut App) {

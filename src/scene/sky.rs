@@ -1,11 +1,10 @@
 //! The sky: what unblocked light paths see.
 //!
-//! Caches are shared by all cameras, so there is one sky: that of the first GI camera.
+//! Caches are shared by all cameras, so there is one sky: that of the primary GI camera.
 
 use bevy::{
     app::{App, Plugin},
     asset::AssetId,
-    camera::Camera,
     color::ColorToComponents,
     ecs::prelude::*,
     image::Image,
@@ -21,7 +20,7 @@ use bevy::{
 };
 
 use crate::{
-    camera::GiCamera,
+    camera::PrimaryGiCamera,
     schedule::GiPrepare,
     settings::{GiSettings, GiSky},
 };
@@ -94,7 +93,6 @@ fn init_black_cube(mut commands: Commands, device: Res<RenderDevice>) {
 }
 
 type CameraSky = (
-    &'static Camera,
     Option<&'static EnvironmentMapLight>,
     Option<&'static Skybox>,
     Option<&'static AmbientLight>,
@@ -103,7 +101,8 @@ type CameraSky = (
 fn extract_sky(
     settings: Extract<Res<GiSettings>>,
     global_ambient: Extract<Option<Res<GlobalAmbientLight>>>,
-    cameras: Extract<Query<CameraSky, With<GiCamera>>>,
+    primary: Extract<Res<PrimaryGiCamera>>,
+    cameras: Extract<Query<CameraSky>>,
     mut sky: ResMut<SceneSky>,
 ) {
     let mut gpu = GpuSky {
@@ -112,15 +111,12 @@ fn extract_sky(
         ..Default::default()
     };
     let mut map = None;
-    let camera = cameras
-        .iter()
-        .filter(|(camera, ..)| camera.is_active)
-        .min_by_key(|(camera, ..)| camera.order);
+    let camera = primary.0.and_then(|camera| cameras.get(camera).ok());
     match settings.sky {
         GiSky::Black => {}
         GiSky::Constant(color) => gpu.constant = color.to_vec3(),
         GiSky::Camera => {
-            if let Some((_, environment, skybox, ambient)) = camera {
+            if let Some((environment, skybox, ambient)) = camera {
                 if let Some(light) = environment {
                     map = Some(light.specular_map.id());
                     gpu.brightness = light.intensity;

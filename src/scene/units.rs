@@ -41,7 +41,7 @@ use super::{
     volume::{ExtractedVolume, Grid},
     voxels::SceneVoxels,
 };
-use crate::{camera::ExtractedGiCamera, schedule::GiPrepare};
+use crate::{camera::PrimaryGiCamera, schedule::GiPrepare};
 
 /// Stops by which light changes before its unit does.
 const SLACK: f32 = 3.0;
@@ -168,13 +168,14 @@ impl Plugin for UnitsPlugin {
 
 fn follow_light(
     units: Res<LightUnits>,
-    cameras: Query<&ExtractedCamera, With<ExtractedGiCamera>>,
+    primary: Res<PrimaryGiCamera>,
+    cameras: Query<&ExtractedCamera>,
     volumes: Query<(&ExtractedVolume, Option<&SceneVoxels>)>,
     lights: Res<SceneLights>,
     sky: Res<SceneSky>,
 ) {
-    // As with the sky, and with emission as seen: caches are shared, and the first camera's exposure counts.
-    let Some(camera) = cameras.iter().min_by_key(|camera| camera.order) else {
+    // As with the sky, and with emission as seen: caches are shared, and the primary camera's exposure counts.
+    let Some(camera) = primary.0.and_then(|camera| cameras.get(camera).ok()) else {
         return;
     };
     let lamps = volumes.iter().flat_map(|(volume, _)| {

@@ -2,7 +2,7 @@
 //!
 //! Light is computed once, for all cameras: what it meets does not depend on who looks. So a mesh or a light
 //! takes part if *some* active [`GiCamera`](crate::GiCamera) would see it if it looked there, and of a chain
-//! of levels of detail the one that the primary camera would see: the active one of the lowest order. Cameras
+//! of levels of detail the one that the primary camera would see: the primary one. Cameras
 //! whose layers differ share the light of all of their layers.
 
 use bevy::{
@@ -15,8 +15,11 @@ use bevy::{
     transform::components::GlobalTransform,
 };
 
+use crate::camera::PrimaryGiCamera;
+
 /// What is asked of each GI camera.
 pub(crate) type Viewer = (
+    Entity,
     &'static Camera,
     &'static GlobalTransform,
     Option<&'static RenderLayers>,
@@ -33,20 +36,28 @@ pub(crate) struct Viewers {
 
 impl Viewers {
     pub fn new<'a>(
-        cameras: impl Iterator<Item = (&'a Camera, &'a GlobalTransform, Option<&'a RenderLayers>)>,
+        primary: PrimaryGiCamera,
+        cameras: impl Iterator<
+            Item = (
+                Entity,
+                &'a Camera,
+                &'a GlobalTransform,
+                Option<&'a RenderLayers>,
+            ),
+        >,
     ) -> Self {
         let mut seen: Option<RenderLayers> = None;
-        let mut primary: Option<(isize, Vec3A)> = None;
-        for (camera, transform, layers) in cameras.filter(|(camera, ..)| camera.is_active) {
+        let mut eye = None;
+        for (entity, _, transform, layers) in cameras.filter(|(_, camera, ..)| camera.is_active) {
             let layers = layers.unwrap_or_default();
             seen = Some(seen.map_or_else(|| layers.clone(), |seen| seen.union(layers)));
-            if primary.is_none_or(|(order, _)| camera.order < order) {
-                primary = Some((camera.order, transform.translation_vec3a()));
+            if primary.0 == Some(entity) {
+                eye = Some(transform.translation_vec3a());
             }
         }
         Self {
             layers: seen.unwrap_or_default(),
-            eye: primary.map(|(_, eye)| eye),
+            eye,
         }
     }
 
@@ -71,16 +82,22 @@ mod tests {
     use super::*;
 
     fn viewers<const N: usize>(cameras: [(isize, bool, f32, Option<usize>); N]) -> Viewers {
+        let mut index = 0;
         let cameras = cameras.map(|(order, is_active, x, layer)| {
+            index += 1;
+            let entity = Entity::from_raw_u32(index).unwrap();
             let camera = Camera {
                 order,
                 is_active,
                 ..Default::default()
             };
             let layers = layer.map(RenderLayers::layer);
-            (camera, GlobalTransform::from_xyz(x, 0.0, 0.0), layers)
+            let transform = GlobalTransform::from_xyz(x, 0.0, 0.0);
+            (entity, camera, transform, layers)
         });
-        Viewers::new(cameras.iter().map(|(c, t, l)| (c, t, l.as_ref())))
+        let primary = PrimaryGiCamera::of(cameras.iter().map(|(e, c, ..)| (*e, c)));
+        let cameras = cameras.iter();
+        Viewers::new(primary, cameras.map(|(e, c, t, l)| (*e, c, t, l.as_ref())))
     }
 
     #[test]

@@ -42,7 +42,7 @@ use super::{
     shapes::{MeshShapes, Pose},
     viewers::{Viewer, Viewers},
 };
-use crate::camera::GiCamera;
+use crate::camera::{GiCamera, PrimaryGiCamera};
 
 /// A mesh that neither blocks nor bounces light. It only receives indirect light.
 ///
@@ -119,8 +119,12 @@ impl Plugin for VisibilityPlugin {
     }
 }
 
-fn update_viewers(cameras: Query<Viewer, With<GiCamera>>, mut viewers: ResMut<Viewers>) {
-    viewers.set_if_neq(Viewers::new(cameras.iter()));
+fn update_viewers(
+    primary: Res<PrimaryGiCamera>,
+    cameras: Query<Viewer, With<GiCamera>>,
+    mut viewers: ResMut<Viewers>,
+) {
+    viewers.set_if_neq(Viewers::new(*primary, cameras.iter()));
 }
 
 type CasterData = (

@@ -2,7 +2,6 @@
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
-    camera::Camera,
     ecs::prelude::*,
     log::warn,
     math::{UVec3, Vec3, Vec3A, bounding::Aabb3d},
@@ -18,9 +17,8 @@ use bevy::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    camera::GiCamera,
-    gpu::statistics::GiStatistics,
-    settings::{Clamp, Clamped, FieldRange, GiQuality},
+    camera::PrimaryGiCamera,
+    settings::{Clamp, GiQuality, Parameters, ParametersKind, SettingsComponentPlugin},
 };
 
 /// A box in which global illumination is computed.
@@ -48,7 +46,7 @@ pub struct GiVolume {
     /// Voxels along the longest side. Range 32..=512, default 128. The other sides get as many cubic voxels as
     /// they need, rounded up to whole cells of the coarsest mip level.
     pub resolution: u32,
-    /// Whether the volume follows the active GI camera with the lowest order. It moves in whole cells of the
+    /// Whether the volume follows the [primary camera](PrimaryGiCamera). It moves in whole cells of the
     /// coarsest mip level that is stable under motion. The translation of its `Transform` is an offset. Default
     /// `false`. Cost: the volume is voxelized and lit again at each step.
     pub follow_camera: bool,
@@ -89,11 +87,6 @@ impl GiVolume {
         })
     }
 
-    /// Ranges of the numeric fields.
-    pub fn ranges() -> Vec<FieldRange> {
-        Clamp::ranges::<Self>()
-    }
-
     /// The same volume, following the camera.
     pub const fn following_camera(self) -> Self {
         Self {
@@ -106,14 +99,19 @@ impl GiVolume {
 /// Smallest side of a volume, metres.
 const SMALLEST: f32 = 1e-4;
 
-impl Clamped for GiVolume {
+/// Largest side of a volume, metres.
+pub(super) const LARGEST: f32 = 1e5;
+
+impl Parameters for GiVolume {
+    const KIND: ParametersKind = ParametersKind::Scene;
+
     fn clamp(&mut self, c: &mut Clamp) {
         for (name, side) in [
             ("extent.x", &mut self.extent.x),
             ("extent.y", &mut self.extent.y),
             ("extent.z", &mut self.extent.z),
         ] {
-            c.float(name, side, SMALLEST, 1e5).unit("m");
+            c.float(name, side, SMALLEST, LARGEST).unit("m");
         }
         c.int("resolution", &mut self.resolution, 32, MAX_RESOLUTION)
             .unit("voxels");
@@ -264,6 +262,7 @@ pub(crate) struct VolumePlugin;
 impl Plugin for VolumePlugin {
     fn build(&self, app: &mut App) {
         app.register_required_components::<GiVolume, VolumeGrid>()
+            .add_plugins(SettingsComponentPlugin::<GiVolume>::default())
             .add_systems(PostUpdate, update_grids.after(TransformSystems::Propagate));
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
@@ -274,26 +273,17 @@ impl Plugin for VolumePlugin {
     }
 }
 
-/// Clamps every volume and computes its grid.
+/// Computes the grid of every volume.
 pub(crate) fn update_grids(
-    mut volumes: Query<(Entity, &mut GiVolume, &GlobalTransform, &mut VolumeGrid)>,
-    cameras: Query<(&Camera, &GlobalTransform), With<GiCamera>>,
-    statistics: Res<GiStatistics>,
+    mut volumes: Query<(Entity, &GiVolume, &GlobalTransform, &mut VolumeGrid)>,
+    primary: Res<PrimaryGiCamera>,
+    transforms: Query<&GlobalTransform>,
 ) {
-    let camera = cameras
-        .iter()
-        .filter(|(camera, _)| camera.is_active)
-        .min_by_key(|(camera, _)| camera.order)
-        .map(|(_, transform)| transform.translation());
-    for (entity, mut volume, transform, mut grid) in &mut volumes {
-        let mut clamped = *volume;
-        let changes = Clamp::apply("GiVolume", &mut clamped);
-        if !changes.is_empty() {
-            statistics.warn(changes);
-            *volume = clamped;
-        }
+    let camera = primary.0.and_then(|camera| transforms.get(camera).ok());
+    let camera = camera.map(GlobalTransform::translation);
+    for (entity, volume, transform, mut grid) in &mut volumes {
         let follow = camera.filter(|_| volume.follow_camera).unwrap_or_default();
-        let new = Grid::new(&volume, transform.translation() + follow, transform.scale());
+        let new = Grid::new(volume, transform.translation() + follow, transform.scale());
         let first = grid.is_added();
         if (grid.set_if_neq(VolumeGrid(new)) || first) && new.is_none() {
             warn!(

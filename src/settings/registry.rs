@@ -1,16 +1,14 @@
-//! [`GiSettingsRegistry`]: the list of all settings resources.
+//! [`GiSettingsRegistry`]: the list of all [`Parameters`].
 
-use std::{marker::PhantomData, sync::Arc};
+use std::sync::Arc;
 
 use bevy::{
-    app::{App, Last, Plugin},
-    ecs::{component::Mutable, prelude::*, schedule::IntoScheduleConfigs, world::Mut},
+    ecs::{prelude::*, world::Mut},
     log::warn,
     reflect::{
-        PartialReflect, Reflect, TypePath,
+        PartialReflect, Reflect, TypeInfo,
         serde::{TypedReflectDeserializer, TypedReflectSerializer},
     },
-    render::extract_resource::{ExtractResource, ExtractResourcePlugin},
 };
 use serde::{
     Deserializer, Serialize, Serializer,
@@ -18,69 +16,99 @@ use serde::{
     ser::SerializeMap,
 };
 
-use super::{Clamp, Clamped, FieldRange, GiQuality, GiSettings, GiTechnique};
-use crate::gpu::statistics::GiStatistics;
+use super::{
+    GiSettings, GiTechnique,
+    parameters::{FieldRange, Parameters, ParametersKind},
+};
 
-/// A settings resource: the parameters of one part of the crate.
-pub trait SettingsResource:
-    Resource<Mutability = Mutable>
-    + ExtractResource<Source = Self>
-    + Clamped
-    + Reflect
-    + TypePath
-    + Default
-    + Clone
-{
-    /// Presets under their names. Default: none.
-    fn presets() -> Vec<(&'static str, Self)> {
-        Vec::new()
-    }
-}
-
-impl SettingsResource for GiSettings {
-    fn presets() -> Vec<(&'static str, Self)> {
-        GiQuality::named(Self::preset, Self::paper())
-    }
-}
-
-/// All settings resources: [`GiSettings`](super::GiSettings), one for each technique, and those that an app
-/// adds.
+/// All [`Parameters`] of an app, resources and components: those of the crate, those of each technique, and those
+/// that an app adds by [`SettingsResourcePlugin`](crate::SettingsResourcePlugin) and
+/// [`SettingsComponentPlugin`](crate::SettingsComponentPlugin).
 #[derive(Resource, Default, Clone)]
 pub struct GiSettingsRegistry {
     entries: Vec<SettingsEntry>,
 }
 
-/// A settings resource of any type.
+/// Changes a value of a type that is not known.
+type Change = Arc<dyn Fn(&mut dyn Reflect) + Send + Sync>;
+
+/// [`Parameters`] of any type.
+///
+/// A resource is a component of an entity of its own, so that both have the same functions here.
 #[derive(Clone)]
 pub struct SettingsEntry {
     /// Name of the type, without its path.
     pub name: &'static str,
-    /// The technique that it belongs to. `None`: all techniques.
+    /// Where they are.
+    pub kind: ParametersKind,
+    /// The technique that they belong to. `None`: all techniques.
     pub technique: Option<GiTechnique>,
     /// Ranges of the numeric fields.
     pub ranges: Vec<FieldRange>,
-    presets: Vec<(&'static str, Arc<dyn Reflect>)>,
+    presets: Vec<(&'static str, Change)>,
     default: Arc<dyn Reflect>,
-    get: fn(&World) -> Option<&dyn Reflect>,
-    get_mut: fn(&mut World) -> Option<Mut<'_, dyn Reflect>>,
+    entities: fn(&World) -> Vec<Entity>,
+    saved: fn(&World) -> Option<Entity>,
+    get: fn(&World, Entity) -> Option<&dyn Reflect>,
+    get_mut: fn(&mut World, Entity) -> Option<Mut<'_, dyn Reflect>>,
+    load: fn(&mut dyn Reflect, &dyn PartialReflect),
+    insert: fn(&mut World, Entity),
+    remove: fn(&mut World, Entity),
+    observe: fn(&mut World, Change),
 }
 
 impl SettingsEntry {
     /// An entry for `T`.
-    pub fn new<T>() -> Self
-    where
-        T: Resource<Mutability = Mutable> + Reflect + TypePath + Default,
-    {
+    pub fn new<T: Parameters>() -> Self {
+        let presets = T::presets().into_iter().map(|preset| {
+            let set = preset.set;
+            let set = move |value: &mut dyn Reflect| {
+                if let Some(value) = value.downcast_mut::<T>() {
+                    set(value);
+                }
+            };
+            (preset.name, Arc::new(set) as Change)
+        });
         Self {
             name: T::short_type_path(),
+            kind: T::KIND,
             technique: None,
-            ranges: Vec::new(),
-            presets: Vec::new(),
+            ranges: T::ranges(),
+            presets: presets.collect(),
             default: Arc::new(T::default()),
-            get: |world| world.get_resource::<T>().map(|t| t as &dyn Reflect),
-            get_mut: |world| {
-                let resource = world.get_resource_mut::<T>()?;
-                Some(resource.map_unchanged(|t| t as &mut dyn Reflect))
+            entities: |world| {
+                let query = world.try_query_filtered::<Entity, With<T>>();
+                query.map_or_else(Vec::new, |mut query| query.iter(world).collect())
+            },
+            saved: T::saved_entity,
+            get: |world, entity| world.get::<T>(entity).map(|value| value as &dyn Reflect),
+            get_mut: |world, entity| {
+                let value = world.get_mut::<T>(entity)?;
+                Some(value.map_unchanged(|value| value as &mut dyn Reflect))
+            },
+            load: |value, saved| {
+                if let (Some(value), Some(saved)) =
+                    (value.downcast_mut::<T>(), T::from_reflect(saved))
+                {
+                    value.load(saved);
+                }
+            },
+            insert: |world, entity| {
+                if let Ok(mut entity) = world.get_entity_mut(entity) {
+                    entity.insert(T::default());
+                }
+            },
+            remove: |world, entity| {
+                if let Ok(mut entity) = world.get_entity_mut(entity) {
+                    entity.remove::<T>();
+                }
+            },
+            observe: |world, change| {
+                world.add_observer(move |insert: On<Insert, T>, mut values: Query<&mut T>| {
+                    if let Ok(mut value) = values.get_mut(insert.entity) {
+                        change(&mut *value);
+                    }
+                });
             },
         }
     }
@@ -90,24 +118,88 @@ impl SettingsEntry {
         &*self.default
     }
 
-    /// Presets under their names.
-    pub fn presets(&self) -> impl Iterator<Item = (&'static str, &dyn Reflect)> {
-        self.presets.iter().map(|(name, value)| (*name, &**value))
+    /// Documentation of the type and of its fields.
+    pub fn info(&self) -> &'static TypeInfo {
+        self.default.reflect_type_info()
     }
 
-    /// The preset with this name.
-    pub fn preset(&self, name: &str) -> Option<&dyn Reflect> {
-        self.presets().find(|(n, _)| *n == name).map(|(_, v)| v)
+    /// Names of the presets.
+    pub fn presets(&self) -> impl Iterator<Item = &'static str> {
+        self.presets.iter().map(|(name, _)| *name)
     }
 
-    /// The resource, if the world has it.
+    /// Applies a preset to a value of the type. Returns false if there is no such preset.
+    pub fn apply_preset(&self, name: &str, value: &mut dyn Reflect) -> bool {
+        let preset = self.presets.iter().find(|(n, _)| *n == name);
+        if let Some((_, set)) = preset {
+            set(value);
+        }
+        preset.is_some()
+    }
+
+    /// The entities that have such parameters: all of them for a component, one or none for a resource.
+    pub fn entities(&self, world: &World) -> Vec<Entity> {
+        (self.entities)(world)
+    }
+
+    /// The parameters of an entity, if it has such.
+    pub fn get_of<'w>(&self, world: &'w World, entity: Entity) -> Option<&'w dyn Reflect> {
+        (self.get)(world, entity)
+    }
+
+    /// The parameters of an entity, if it has such. They count as changed once they are written to.
+    pub fn get_mut_of<'w>(
+        &self,
+        world: &'w mut World,
+        entity: Entity,
+    ) -> Option<Mut<'w, dyn Reflect>> {
+        (self.get_mut)(world, entity)
+    }
+
+    /// The resource, or the component of the entity that settings files are saved from.
     pub fn get<'w>(&self, world: &'w World) -> Option<&'w dyn Reflect> {
-        (self.get)(world)
+        self.get_of(world, (self.saved)(world)?)
     }
 
-    /// The resource, if the world has it. It counts as changed once it is written to.
+    /// As [`get`](Self::get). It counts as changed once it is written to.
     pub fn get_mut<'w>(&self, world: &'w mut World) -> Option<Mut<'w, dyn Reflect>> {
-        (self.get_mut)(world)
+        let entity = (self.saved)(world)?;
+        self.get_mut_of(world, entity)
+    }
+
+    /// Inserts the default into an entity. For components only.
+    pub fn insert(&self, world: &mut World, entity: Entity) {
+        if self.kind != ParametersKind::Resource {
+            (self.insert)(world, entity);
+        }
+    }
+
+    /// Takes the component from an entity. For components only.
+    pub fn remove(&self, world: &mut World, entity: Entity) {
+        if self.kind != ParametersKind::Resource {
+            (self.remove)(world, entity);
+        }
+    }
+
+    /// Changes the parameters of all entities that have such.
+    pub fn change_all(&self, world: &mut World, change: impl Fn(&mut dyn Reflect)) {
+        for entity in self.entities(world) {
+            if let Some(mut value) = self.get_mut_of(world, entity) {
+                change(&mut *value);
+            }
+        }
+    }
+
+    /// Changes the parameters of all entities that have such, and of components also those that are inserted later.
+    pub fn change_always(
+        &self,
+        world: &mut World,
+        change: impl Fn(&mut dyn Reflect) + Send + Sync + 'static,
+    ) {
+        self.change_all(world, &change);
+        if self.kind != ParametersKind::Resource {
+            (self.observe)(world, Arc::new(change));
+        }
     }
 }
 
@@ -115,6 +207,18 @@ impl GiSettingsRegistry {
     /// All entries, in the order of the plugins.
     pub fn iter(&self) -> impl Iterator<Item = &SettingsEntry> {
         self.entries.iter()
+    }
+
+    /// The entries that are resources.
+    pub fn resources(&self) -> impl Iterator<Item = &SettingsEntry> {
+        self.iter()
+            .filter(|entry| entry.kind == ParametersKind::Resource)
+    }
+
+    /// The entries that are components.
+    pub fn components(&self) -> impl Iterator<Item = &SettingsEntry> {
+        self.iter()
+            .filter(|entry| entry.kind != ParametersKind::Resource)
     }
 
     /// The entry with this name.
@@ -135,26 +239,28 @@ impl GiSettingsRegistry {
     }
 
     /// Serializes all settings of a world as a map from type names to values. For example, as RON:
-    /// `{"GiSettings": (history_frames: 32, ..), ..}`.
+    /// `{"GiSettings": (replace_ambient: true, ..), "GiCamera": (history_frames: 32, ..), ..}`. Components of the
+    /// scene are left out. Of cameras, the primary one stands for all.
     pub fn serialize<S: Serializer>(
         &self,
         world: &World,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
         let types = world.resource::<AppTypeRegistry>().read();
-        let mut map = serializer.serialize_map(Some(self.entries.len()))?;
-        for entry in &self.entries {
-            if let Some(value) = entry.get(world) {
-                let value = TypedReflectSerializer::new(value.as_partial_reflect(), &types);
-                map.serialize_entry(entry.name, &AsSerialize(value))?;
-            }
+        let saved = self.iter().filter(|e| e.kind != ParametersKind::Scene);
+        let saved = saved.filter_map(|entry| Some((entry.name, entry.get(world)?)));
+        let saved: Vec<_> = saved.collect();
+        let mut map = serializer.serialize_map(Some(saved.len()))?;
+        for (name, value) in saved {
+            let value = TypedReflectSerializer::new(value.as_partial_reflect(), &types);
+            map.serialize_entry(name, &AsSerialize(value))?;
         }
         map.end()
     }
 
     /// Reads a map that [`serialize`](Self::serialize) has written. Types that it leaves out are not in the
-    /// result. Fields that a value leaves out have their default. A settings resource that the app does not
-    /// have is skipped with a warning.
+    /// result. Fields that a value leaves out have their default. Types that the app does not have are skipped
+    /// with a warning.
     ///
     /// # Errors
     /// Those of the format; an unknown field.
@@ -173,52 +279,62 @@ impl GiSettingsRegistry {
 
     /// Whether the world already has all values that [`apply_preset`](Self::apply_preset) would set.
     pub fn has_preset(&self, world: &World, name: &str) -> bool {
-        let now = world.resource::<GiSettings>();
+        let technique = world.resource::<GiSettings>().technique;
         let mut found = false;
-        for entry in self.active(now.technique) {
-            let (Some(preset), Some(value)) = (entry.preset(name), entry.get(world)) else {
-                continue;
-            };
-            found = true;
-            let same = match preset.as_any().downcast_ref::<GiSettings>() {
-                Some(preset) => preset.clone().with_scene_of(now) == *now,
-                None => preset.reflect_partial_eq(value.as_partial_reflect()) == Some(true),
-            };
-            if !same {
-                return false;
+        for entry in self.active(technique) {
+            for entity in entry.entities(world) {
+                let value = entry.get_of(world, entity);
+                let Some(Ok(mut preset)) = value.map(|value| value.reflect_clone()) else {
+                    continue;
+                };
+                if !entry.apply_preset(name, &mut *preset) {
+                    continue;
+                }
+                found = true;
+                let same =
+                    value.and_then(|now| preset.reflect_partial_eq(now.as_partial_reflect()));
+                if same != Some(true) {
+                    return false;
+                }
             }
         }
         found
     }
 
-    /// Sets the resources of all techniques and of the current technique to their preset of this name. Fields
-    /// that do not affect quality stay, see [`GiSettings::with_scene_of`]. Returns false if no resource has the
-    /// preset.
+    /// Applies the preset of this name to the parameters of all cameras, of the capture, and of the current
+    /// technique: to all that have such a preset. Fields that are no matter of quality stay, such as the technique.
+    /// Returns false if there is no such preset.
     pub fn apply_preset(&self, world: &mut World, name: &str) -> bool {
-        let kept = world.resource::<GiSettings>().clone();
+        let technique = world.resource::<GiSettings>().technique;
         let mut found = false;
-        for entry in self.active(kept.technique) {
-            if let (Some(preset), Some(mut value)) = (entry.preset(name), entry.get_mut(world)) {
-                value.apply(preset.as_partial_reflect());
+        for entry in self.active(technique) {
+            if entry.presets().any(|n| n == name) {
                 found = true;
+                entry.change_all(world, |value| {
+                    entry.apply_preset(name, value);
+                });
             }
         }
-        let mut settings = world.resource_mut::<GiSettings>();
-        *settings = settings.clone().with_scene_of(&kept);
         found
     }
 }
 
-/// Values of settings resources that are not applied yet.
+/// Values of [`Parameters`] that are not applied yet.
 pub struct SettingsValues(Vec<(SettingsEntry, Box<dyn PartialReflect>)>);
 
 impl SettingsValues {
-    /// Applies them to a world.
+    /// Applies them to a world: to resources, and to components of all entities that have such.
     pub fn apply(&self, world: &mut World) {
         for (entry, value) in &self.0 {
-            if let Some(mut resource) = entry.get_mut(world) {
-                resource.apply(&**value);
-            }
+            entry.change_all(world, |now| (entry.load)(now, &**value));
+        }
+    }
+
+    /// Applies them to a world, and also to components that are inserted later.
+    pub fn apply_always(self, world: &mut World) {
+        for (entry, value) in self.0 {
+            let load = entry.load;
+            entry.change_always(world, move |now| load(now, &*value));
         }
     }
 }
@@ -241,7 +357,7 @@ impl<'de> Visitor<'de> for Values<'_> {
     type Value = Vec<(SettingsEntry, Box<dyn PartialReflect>)>;
 
     fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "a map from names of settings resources to settings")
+        write!(f, "a map from names of settings to their values")
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
@@ -255,7 +371,7 @@ impl<'de> Visitor<'de> for Values<'_> {
             let Some((entry, registration)) = registered else {
                 let names: Vec<_> = self.registry.iter().map(|e| e.name).collect();
                 warn!(
-                    "there is no settings resource '{name}' here, it is left out; there are: {}",
+                    "there are no settings '{name}' here, they are left out; there are: {}",
                     names.join(", ")
                 );
                 map.next_value::<IgnoredAny>()?;
@@ -266,57 +382,4 @@ impl<'de> Visitor<'de> for Values<'_> {
         }
         Ok(values)
     }
-}
-
-/// Lists a settings resource, clamps it whenever it changes, and sends it to the render world.
-pub(crate) struct SettingsResourcePlugin<T> {
-    technique: Option<GiTechnique>,
-    marker: PhantomData<T>,
-}
-
-impl<T> SettingsResourcePlugin<T> {
-    /// For one technique.
-    pub fn of(technique: GiTechnique) -> Self {
-        Self {
-            technique: Some(technique),
-            ..Self::default()
-        }
-    }
-}
-
-impl<T> Default for SettingsResourcePlugin<T> {
-    fn default() -> Self {
-        Self {
-            technique: None,
-            marker: PhantomData,
-        }
-    }
-}
-
-impl<T: SettingsResource> Plugin for SettingsResourcePlugin<T> {
-    fn build(&self, app: &mut App) {
-        let presets = T::presets().into_iter();
-        let entry = SettingsEntry {
-            technique: self.technique,
-            ranges: Clamp::ranges::<T>(),
-            presets: presets
-                .map(|(name, value)| (name, Arc::new(value) as Arc<dyn Reflect>))
-                .collect(),
-            ..SettingsEntry::new::<T>()
-        };
-        app.init_resource::<GiSettingsRegistry>()
-            .world_mut()
-            .resource_mut::<GiSettingsRegistry>()
-            .add(entry);
-        app.init_resource::<T>()
-            // After whatever the app does in a frame, and before that is sent.
-            .add_systems(Last, clamp_settings::<T>.run_if(resource_changed::<T>))
-            .add_plugins(ExtractResourcePlugin::<T>::default());
-    }
-}
-
-fn clamp_settings<T: SettingsResource>(mut settings: ResMut<T>, statistics: Res<GiStatistics>) {
-    // Clamping twice what is already in range would mark it as changed again, for ever.
-    let changes = Clamp::apply(T::short_type_path(), settings.bypass_change_detection());
-    statistics.warn(changes);
 }

@@ -1,4 +1,4 @@
-//! Depth that the first GI camera saw in the last frame: for whoever asks, before any camera has drawn, what is
+//! Depth that the primary GI camera saw in the last frame: for whoever asks, before any camera has drawn, what is
 //! hidden from it.
 
 use bevy::{
@@ -9,7 +9,6 @@ use bevy::{
     math::{Mat4, UVec2},
     render::{
         Render, RenderApp, RenderStartup,
-        camera::ExtractedCamera,
         render_resource::{binding_types::*, *},
         renderer::{RenderContext, RenderDevice, ViewQuery},
         view::{ExtractedView, ViewUniformOffset},
@@ -19,7 +18,7 @@ use bevy::{
 
 use super::{ViewSurface, surface_layout};
 use crate::{
-    camera::ExtractedGiCamera,
+    camera::PrimaryGiCamera,
     gpu::{
         caps::supported,
         compute::{ComputePass, Dispatch, Recorder, block},
@@ -41,7 +40,7 @@ pub(crate) struct GpuCameraDepth {
     seen: u32,
 }
 
-/// What the first GI camera saw.
+/// What the primary GI camera saw.
 #[derive(Resource)]
 pub(crate) struct CameraDepth {
     /// Whether anybody reads it in this frame.
@@ -141,20 +140,17 @@ fn init(
     });
 }
 
-type FirstCamera<'a> = (Entity, &'a ExtractedCamera, &'a ExtractedView);
-
 fn choose_camera(
     depth: Option<ResMut<CameraDepth>>,
     needs: Res<SceneNeeds>,
-    cameras: Query<FirstCamera, With<ExtractedGiCamera>>,
+    primary: Res<PrimaryGiCamera>,
+    views: Query<&ExtractedView>,
 ) {
     let Some(mut depth) = depth else { return };
     depth.wanted = needs.camera_depth;
-    let first = cameras
-        .iter()
-        .min_by_key(|(entity, camera, _)| (camera.order, *entity));
-    depth.camera_entity = first.map(|(entity, ..)| entity);
-    depth.clip_from_world = first.map(|(_, _, view)| {
+    depth.camera_entity = primary.0;
+    let view = primary.0.and_then(|camera| views.get(camera).ok());
+    depth.clip_from_world = view.map(|view| {
         let view_from_world = view.world_from_view.to_matrix().inverse();
         view.clip_from_view * view_from_world
     });

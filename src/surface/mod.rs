@@ -38,7 +38,9 @@ pub(crate) struct ViewSurface {
     pub technique: GiTechnique,
 }
 
-pub(crate) struct SurfacePlugin;
+/// What cameras see: bind group 0 of every pass per camera.
+#[derive(Default)]
+pub struct SurfacePlugin;
 
 impl Plugin for SurfacePlugin {
     fn build(&self, app: &mut App) {

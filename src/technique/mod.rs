@@ -51,6 +51,7 @@ use bevy::{
     asset::{AssetServer, Handle},
     ecs::{component::Mutable, prelude::*},
     render::{
+        extract_resource::ExtractResource,
         render_resource::{BindGroup, PipelineCache},
         renderer::{RenderDevice, RenderQueue},
     },
@@ -64,7 +65,7 @@ use crate::{
         light_maps::SceneLightMaps, probes::SceneProbes, units::LightUnits,
         volume::ExtractedVolume, voxels::SceneVoxels,
     },
-    settings::{GiSettings, GiTechnique},
+    settings::{GiCaptureSettings, GiSettings, GiTechnique},
     surface::depth::CameraDepth,
 };
 pub use crate::{
@@ -81,7 +82,7 @@ pub use crate::{
         bind_group::{LightingVersion, SceneBindGroup, scene_layout},
         needs::SceneNeeds,
     },
-    settings::{Clamp, Clamped, SettingsResource},
+    settings::{Clamp, Parameters, Preset},
 };
 
 /// An algorithm that computes indirect light. The [module](self) says what runs when.
@@ -95,8 +96,8 @@ pub trait Technique: Sized + Send + Sync + 'static {
     /// with a reason in the log. Default: nothing.
     const DEVICE: DeviceNeeds = DeviceNeeds::NONE;
 
-    /// Parameters.
-    type Settings: SettingsResource;
+    /// Parameters, a resource.
+    type Settings: Parameters + Resource + ExtractResource<Source = Self::Settings>;
     /// Compute pipelines.
     type Pipelines: Pipelines;
     /// The light that it stores for a volume.
@@ -184,8 +185,10 @@ impl Pipelines for NoPipelines {
 pub struct Frame<'a, T: Technique> {
     /// Parameters of the technique.
     pub settings: &'a T::Settings,
-    /// Parameters common to all techniques.
+    /// How the scene is lit.
     pub gi: &'a GiSettings,
+    /// Budget of the capture.
+    pub capture: &'a GiCaptureSettings,
     /// Debug views.
     pub debug: &'a GiDebugSettings,
     /// Number of calls of [`GiHistory::reset`](crate::GiHistory::reset) so far.

@@ -114,10 +114,11 @@ fn nothing_panics_and_nothing_is_nan() {
     // Settings.
     {
         let world = headless.app.world_mut();
+        let mut camera = world.get_mut::<GiCamera>(gi_camera).unwrap();
+        camera.strength = f32::NAN;
+        camera.history_frames = 0;
+        world.resource_mut::<GiCaptureSettings>().shadow_map_size = 1;
         let mut gi = world.resource_mut::<GiSettings>();
-        gi.indirect_strength = f32::NAN;
-        gi.history_frames = 0;
-        gi.shadow_map_size = 1;
         gi.sky = GiSky::Constant(LinearRgba::rgb(f32::NAN, -1.0, f32::INFINITY));
         let mut vct = world.resource_mut::<VoxelConeTracingSettings>();
         vct.cones = 0;
@@ -127,11 +128,10 @@ fn nothing_panics_and_nothing_is_nan() {
         vct.diffuse_steps = u32::MAX;
     }
     check(&mut headless, "settings out of range");
-    let gi = headless.app.world().resource::<GiSettings>().clone();
-    assert_eq!(
-        (gi.indirect_strength, gi.history_frames, gi.shadow_map_size),
-        (0.0, 1, 64)
-    );
+    let world = headless.app.world();
+    let camera = world.get::<GiCamera>(gi_camera).unwrap();
+    assert_eq!((camera.strength, camera.history_frames), (0.0, 1));
+    assert_eq!(world.resource::<GiCaptureSettings>().shadow_map_size, 64);
     headless
         .app
         .world_mut()

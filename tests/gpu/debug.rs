@@ -284,8 +284,8 @@ fn frozen_captures_stay() {
             .count()
     };
     assert!(moved(&mut headless) > 0, "a mesh that moves is captured");
-    let mut settings = headless.app.world_mut().resource_mut::<GiSettings>();
-    settings.freeze_capture = true;
+    let mut settings = headless.app.world_mut().resource_mut::<GiCaptureSettings>();
+    settings.freeze = true;
     // The first frame has what was measured before.
     headless.steps(4);
     assert_eq!(moved(&mut headless), 0, "nothing is captured");

@@ -2,7 +2,8 @@
 
 use bevy::prelude::*;
 use bevy_gi::{
-    HintBounce, HintOcclusion, HintReconstruction, HintSampling, HintView, ShOrder, prelude::*,
+    HintAlbedo, HintBounce, HintDepthTest, HintDisk, HintExchange, HintOcclusion,
+    HintReconstruction, HintSampling, HintTaps, HintView, ShOrder, prelude::*,
     scene::probes::SceneProbes,
 };
 
@@ -56,11 +57,12 @@ fn a_uniform_field_bounces_with_the_average_albedo() {
             order: ShOrder::Two,
             bounces,
             endless: false,
-            bounce: HintBounce::Hints,
-            bounce_samples: 64,
-            average_albedo: 0.5,
-            coloured_bounces: false,
-            reconstruction: HintReconstruction::Taps,
+            bounce: HintBounce::Hints(HintExchange {
+                samples: 64,
+                albedo: HintAlbedo::Average(0.5),
+                ..default()
+            }),
+            reconstruction: HintReconstruction::Taps(HintTaps::default()),
             ..default()
         };
         light_plate(&mut scene, settings)
@@ -82,9 +84,13 @@ fn the_literal_equation_bounces_as_it_is_printed() {
     let nits = [1, 2, 3].map(|bounces| {
         let settings = RadianceHintsSettings {
             bounces,
-            bounce_samples: 16,
-            // All places lie in the volume.
-            reach: 0.1,
+            bounce: HintBounce::HintsLiteral(HintExchange {
+                samples: 16,
+                // All places lie in the volume.
+                reach: 0.1,
+                albedo: HintAlbedo::Average(1.0),
+                ..default()
+            }),
             ..RadianceHintsSettings::paper()
         };
         light_plate(&mut scene, settings)
@@ -170,7 +176,7 @@ fn a_lit_plane_is_a_plane_of_light() {
     let world = headless.app.world_mut();
     world.entity_mut(plate).insert(NotGiCaster);
     // One for each 500 cm2: the plate is near.
-    world.resource_mut::<GiSettings>().vpls = 2048;
+    world.resource_mut::<GiCaptureSettings>().vpls = 2048;
     let volume = GiVolume::new(Vec3::new(11.0, 3.5, 11.0)).with_resolution(64);
     let set = ProbeSet::default().with_resolution(22);
     world.spawn((volume, set, Transform::from_xyz(0.0, 1.2, 0.0)));
@@ -187,15 +193,18 @@ fn a_lit_plane_is_a_plane_of_light() {
     let h = (1.0 + HALF * HALF).sqrt();
     let factor = 4.0 * (HALF / h * (HALF / h).atan() / std::f32::consts::PI);
     // Disks with few samples in them are noisy.
+    let disk = HintDisk {
+        spread: 0.3,
+        ..default()
+    };
     for (sampling, tolerance) in [
         (HintSampling::VirtualPointLights, 0.06),
-        (HintSampling::Disk, 0.15),
+        (HintSampling::Disk(disk), 0.15),
     ] {
         let world = headless.app.world_mut();
         *world.resource_mut::<RadianceHintsSettings>() = RadianceHintsSettings {
             bounces: 1,
             sampling,
-            spread: 0.3,
             samples: 256,
             ..default()
         };
@@ -225,14 +234,16 @@ fn bounces_from_hint_to_hint_are_coloured() {
     let volume = GiVolume::new(Vec3::splat(5.0)).with_resolution(64);
     let set = ProbeSet::default().with_resolution(12);
     let (mut headless, _, target) = lit_room([0.1, 0.6, 0.1], (volume, set));
-    let mut green_over_red = |coloured_bounces| {
+    let mut green_over_red = |albedo| {
         *headless
             .app
             .world_mut()
             .resource_mut::<RadianceHintsSettings>() = RadianceHintsSettings {
             bounces: 3,
-            bounce: HintBounce::Hints,
-            coloured_bounces,
+            bounce: HintBounce::Hints(HintExchange {
+                albedo,
+                ..default()
+            }),
             ..default()
         };
         settle(&mut headless, 14);
@@ -240,7 +251,10 @@ fn bounces_from_hint_to_hint_are_coloured() {
         let sum = |c: usize| picture.pixels.iter().map(|p| p[c]).sum::<f32>();
         sum(1) / sum(0)
     };
-    let (grey, coloured) = (green_over_red(false), green_over_red(true));
+    let (grey, coloured) = (
+        green_over_red(HintAlbedo::Average(0.5)),
+        green_over_red(HintAlbedo::Surfaces),
+    );
     println!("green over red: {grey:.2} grey, {coloured:.2} coloured");
     // Once reflected: 6. Each further bounce multiplies by as much.
     assert!((grey - 6.0).abs() < 0.6, "{grey}");
@@ -335,8 +349,10 @@ fn every_mode_lights_a_room() {
         },
     );
     let disk = RadianceHintsSettings {
-        sampling: HintSampling::Disk,
-        spread: 1.0,
+        sampling: HintSampling::Disk(HintDisk {
+            spread: 1.0,
+            ..default()
+        }),
         samples: 240,
         ..default.clone()
     };
@@ -344,30 +360,32 @@ fn every_mode_lights_a_room() {
     let marched = light(
         "disks, depth of the light",
         RadianceHintsSettings {
-            occlusion: HintOcclusion::LightDepth,
+            occlusion: HintOcclusion::LightDepth(HintDepthTest::default()),
             ..disk.clone()
         },
     );
     let seen = light(
         "disks, depth of the camera",
         RadianceHintsSettings {
-            occlusion: HintOcclusion::CameraDepth,
+            occlusion: HintOcclusion::CameraDepth(HintDepthTest::default()),
             ..disk.clone()
         },
     );
     let marched_vpls = light(
         "depth of the light",
         RadianceHintsSettings {
-            occlusion: HintOcclusion::LightDepth,
+            occlusion: HintOcclusion::LightDepth(HintDepthTest::default()),
             ..default.clone()
         },
     );
     let taps = light(
         "seven taps",
         RadianceHintsSettings {
-            reconstruction: HintReconstruction::Taps,
-            taps: 7,
-            ring_angle: 60.0,
+            reconstruction: HintReconstruction::Taps(HintTaps {
+                count: 7,
+                angle: 60.0,
+                ..default()
+            }),
             ..default.clone()
         },
     );
@@ -389,7 +407,7 @@ fn every_mode_lights_a_room() {
     let guessed = light(
         "from hint to hint",
         RadianceHintsSettings {
-            bounce: HintBounce::Hints,
+            bounce: HintBounce::Hints(HintExchange::default()),
             endless: false,
             ..default.clone()
         },

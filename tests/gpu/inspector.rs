@@ -224,15 +224,15 @@ fn handles_in_the_viewport_move_and_resize_a_volume() {
 fn settings_survive_a_file() {
     let (mut headless, ..) = open(UVec2::splat(64));
     let world = headless.app.world_mut();
-    world.resource_mut::<GiSettings>().history_frames = 17;
+    world.resource_mut::<GiCaptureSettings>().rsm_updates = 17;
     world.resource_mut::<VoxelConeTracingSettings>().cones = 9;
     world.resource_mut::<GiDebugSettings>().view = GiView::VoxelNormal;
     let saved = to_ron(world).expect("settings can be written");
-    *world.resource_mut::<GiSettings>() = default();
+    *world.resource_mut::<GiCaptureSettings>() = default();
     *world.resource_mut::<VoxelConeTracingSettings>() = default();
     *world.resource_mut::<GiDebugSettings>() = default();
     from_ron(world, &saved).unwrap_or_else(|error| panic!("{error} in\n{saved}"));
-    assert_eq!(world.resource::<GiSettings>().history_frames, 17);
+    assert_eq!(world.resource::<GiCaptureSettings>().rsm_updates, 17);
     assert_eq!(world.resource::<VoxelConeTracingSettings>().cones, 9);
     assert_eq!(
         world.resource::<GiDebugSettings>().view,
@@ -241,20 +241,20 @@ fn settings_survive_a_file() {
     // What a file does not have is left as it is, what it does not know changes nothing.
     from_ron(
         world,
-        r#"{"Nothing": (), "GiSettings": (history_frames: 5)}"#,
+        r#"{"Nothing": (), "GiCaptureSettings": (rsm_updates: 5)}"#,
     )
     .expect("a part is enough, and what other apps have is left out");
-    assert_eq!(world.resource::<GiSettings>().history_frames, 5);
+    assert_eq!(world.resource::<GiCaptureSettings>().rsm_updates, 5);
     assert_eq!(world.resource::<VoxelConeTracingSettings>().cones, 9);
     for bad in [
         "",
         "{",
         r#"{"GiSettings": (nothing: 1)}"#,
-        r#"{"GiSettings": (history_frames: "many")}"#,
+        r#"{"GiCaptureSettings": (rsm_updates: "many")}"#,
     ] {
         assert!(from_ron(world, bad).is_err(), "{bad}");
     }
-    assert_eq!(world.resource::<GiSettings>().history_frames, 5);
+    assert_eq!(world.resource::<GiCaptureSettings>().rsm_updates, 5);
 }
 
 /// A generator of numbers that are the same each time.
@@ -369,12 +369,14 @@ fn limit_work(world: &mut World) {
     vct.cones = vct.cones.min(6);
     vct.bounce_cones = vct.bounce_cones.min(4);
     vct.bounces = vct.bounces.min(1);
-    let mut settings = world.resource_mut::<GiSettings>();
-    settings.gather_resolution = bevy_gi::GatherResolution::Quarter;
+    let mut cameras = world.query::<&mut GiCamera>();
+    for mut camera in cameras.iter_mut(world) {
+        camera.resolution = bevy_gi::GatherResolution::Quarter;
+    }
+    let mut settings = world.resource_mut::<GiCaptureSettings>();
     settings.shadow_map_size = settings.shadow_map_size.min(256);
     let mut hints = world.resource_mut::<RadianceHintsSettings>();
     hints.samples = hints.samples.min(32);
-    hints.bounce_samples = hints.bounce_samples.min(16);
     hints.bounces = hints.bounces.min(3);
     let mut volumes = world.query::<&mut GiVolume>();
     for mut volume in volumes.iter_mut(world) {

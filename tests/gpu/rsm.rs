@@ -233,7 +233,7 @@ fn virtual_lights_are_shared_as_the_settings_say() {
         headless
             .app
             .world_mut()
-            .resource_mut::<GiSettings>()
+            .resource_mut::<GiCaptureSettings>()
             .light_share = light_share;
         settle(&mut headless, 8);
         let vpls = read_vpls(&mut headless);
@@ -343,6 +343,11 @@ fn maps_are_drawn_only_when_something_moved() {
 #[test]
 fn a_light_is_drawn_once_for_shadows_and_surfaces() {
     let (mut headless, _) = closed_room([ALBEDO; 3]);
+    headless
+        .app
+        .world_mut()
+        .resource_mut::<GiSettings>()
+        .technique = GiTechnique::OFF;
     let light = lamp(&mut headless, 1000.0, 0.0, 5.0);
     settle(&mut headless, 6);
     let alone = total(&read_vpls(&mut headless));
@@ -377,7 +382,7 @@ fn a_frame_draws_no_more_maps_than_it_may() {
     headless
         .app
         .world_mut()
-        .resource_mut::<GiSettings>()
+        .resource_mut::<GiCaptureSettings>()
         .rsm_updates = 4;
     let lamps = [
         lamp(&mut headless, 1000.0, -0.5, 1e4),
@@ -448,7 +453,13 @@ fn maps_stay_with_their_lights() {
 #[test]
 fn maps_that_do_not_fit_are_smaller() {
     let (mut headless, _) = closed_room([ALBEDO; 3]);
-    let mut settings = headless.app.world_mut().resource_mut::<GiSettings>();
+    // Nobody reads shadows.
+    headless
+        .app
+        .world_mut()
+        .resource_mut::<GiSettings>()
+        .technique = GiTechnique::OFF;
+    let mut settings = headless.app.world_mut().resource_mut::<GiCaptureSettings>();
     settings.max_shadow_maps = 7;
     for (lumens, x) in [(1000.0, -0.5), (500.0, 0.5), (200.0, 0.0)] {
         lamp(&mut headless, lumens, x, 1e4);
@@ -465,7 +476,7 @@ fn maps_that_do_not_fit_are_smaller() {
     assert_eq!(warnings(&headless), 0);
 
     // Sixteen tiles of the smallest size: two lamps have room.
-    let mut settings = headless.app.world_mut().resource_mut::<GiSettings>();
+    let mut settings = headless.app.world_mut().resource_mut::<GiCaptureSettings>();
     (settings.max_shadow_maps, settings.rsm_size) = (1, 64);
     settle(&mut headless, 6);
     let sum = total(&read_vpls(&mut headless));
@@ -482,7 +493,7 @@ fn maps_are_completed_whatever_the_settings() {
         let (mut headless, _) = closed_room([ALBEDO; 3]);
         let light = lamp(&mut headless, 1000.0, 0.0, 1e4);
         let world = headless.app.world_mut();
-        world.resource_mut::<GiSettings>().freeze_capture = frozen;
+        world.resource_mut::<GiCaptureSettings>().freeze = frozen;
         world.entity_mut(light).insert(GiLight {
             rsm_interval: 256,
             ..default()

@@ -26,7 +26,7 @@ use crate::{
         lights::SceneLight,
         needs::SceneNeeds,
     },
-    settings::{GiSettings, LightShare},
+    settings::{GiCaptureSettings, LightShare},
 };
 
 /// Virtual point lights that a lamp has at least, on the mean, whatever others there are: about as many as walls, floor and
@@ -243,7 +243,7 @@ impl SceneLightMaps {
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(super) fn prepare_maps(
     mut maps: ResMut<SceneLightMaps>,
-    settings: Res<GiSettings>,
+    settings: Res<GiCaptureSettings>,
     needs: Res<SceneNeeds>,
     depth_views: Res<CaptureViews<DepthCapture>>,
     surface_views: Res<CaptureViews<SurfaceCapture>>,

@@ -14,7 +14,7 @@ use crate::{
         lights::{GpuLight, SceneLight},
         needs::SceneNeeds,
     },
-    settings::GiSettings,
+    settings::GiCaptureSettings,
 };
 
 /// Layers that every adapter's texture arrays may have (WebGPU's `maxTextureArrayLayers`).
@@ -155,7 +155,7 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    pub fn new(settings: &GiSettings, needs: &SceneNeeds) -> Self {
+    pub fn new(settings: &GiCaptureSettings, needs: &SceneNeeds) -> Self {
         let (depth, surfaces) = (settings.shadow_map_size, settings.rsm_size);
         let [depth, surfaces] = [depth, surfaces].map(u32::next_power_of_two);
         let reduction = match (needs.shadows, needs.rsm) {
@@ -172,7 +172,7 @@ impl Limits {
             },
             maps: settings.max_shadow_maps,
             updates: settings.rsm_updates * if needs.rsm { 1 } else { DEPTH_UPDATES },
-            frozen: settings.freeze_capture,
+            frozen: settings.freeze,
         }
     }
 

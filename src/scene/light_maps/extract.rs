@@ -23,14 +23,14 @@ use crate::{
         visibility::SceneCasters,
         volume::VolumeGrid,
     },
-    settings::GiSettings,
+    settings::GiCaptureSettings,
 };
 
 /// Chooses the maps of this frame, and keeps the views that draw them.
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(super) fn extract_views(
     mut commands: Commands,
-    settings: Extract<Res<GiSettings>>,
+    settings: Extract<Res<GiCaptureSettings>>,
     casters: Extract<Res<SceneCasters>>,
     grids: Extract<Query<(Entity, &VolumeGrid)>>,
     cameras: Extract<Query<(&Camera, &GlobalTransform), With<GiCamera>>>,

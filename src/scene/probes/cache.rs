@@ -27,7 +27,6 @@ use crate::{
         volume::{ExtractedVolume, GiVolume, Grid, VolumeGrid},
         voxels::SceneVoxels,
     },
-    settings::Clamp,
 };
 
 /// Most probes of a volume that are placed by hand.
@@ -61,21 +60,6 @@ impl ExtractedProbeSet {
             .map(with)
             .find(|lattice| u64::from(lattice.count()) <= most)
             .unwrap_or_else(|| with(1))
-    }
-}
-
-/// Brings the fields of every set into their ranges.
-pub(super) fn clamp_sets(
-    mut sets: Query<&mut ProbeSet, Changed<ProbeSet>>,
-    statistics: Res<GiStatistics>,
-) {
-    for mut set in &mut sets {
-        let mut clamped = *set;
-        let changes = Clamp::apply("ProbeSet", &mut clamped);
-        if !changes.is_empty() {
-            statistics.warn(changes);
-            *set = clamped;
-        }
     }
 }
 

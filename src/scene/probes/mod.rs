@@ -35,17 +35,21 @@ pub use set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
 pub(crate) use types::GpuProbes;
 
 use bevy::{
-    app::{App, Plugin, PostUpdate},
+    app::{App, Plugin},
     asset::embedded_asset,
     ecs::prelude::*,
     render::{ExtractSchedule, Render, RenderApp, RenderStartup, renderer::RenderGraph},
     shader::load_shader_library,
 };
 
-use super::{volume::with_volume, voxels::voxelize};
+use super::{
+    volume::{GiVolume, with_volume},
+    voxels::voxelize,
+};
 use crate::{
     gpu::caps::supported,
     schedule::{GiPrepare, GiSystems},
+    settings::SettingsComponentPlugin,
 };
 
 pub(crate) struct ProbesPlugin;
@@ -57,7 +61,8 @@ impl Plugin for ProbesPlugin {
         load_shader_library!(app, "lookup.wgsl");
         embedded_asset!(app, "place.wgsl");
         embedded_asset!(app, "moments.wgsl");
-        app.add_systems(PostUpdate, cache::clamp_sets);
+        app.register_required_components::<GiVolume, ProbeSet>()
+            .add_plugins(SettingsComponentPlugin::<ProbeSet>::default());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     scene::volume::Grid,
-    settings::{Clamp, Clamped, FieldRange},
+    settings::{Clamp, Parameters, ParametersKind},
 };
 
 /// Maximum number of probes along a side of a volume: the highest [`ProbeSet::resolution`], and one more in a
@@ -40,8 +40,8 @@ pub enum ProbePlacement {
 #[require(Transform)]
 pub struct ProbePin;
 
-/// Placement of the probes of a [`GiVolume`](crate::GiVolume), for techniques that use probes. Add it to the
-/// entity of the volume; a volume without one has the default.
+/// Placement of the probes of a [`GiVolume`](crate::GiVolume), for techniques that use probes. Each
+/// volume has one: a required component, with the default unless it is spawned with another.
 ///
 /// Probes stand in the centres of the cubic cells of a lattice over the whole volume. Light is interpolated
 /// between them, so the cells should be smaller than the objects that cast shadows of indirect light, and half
@@ -97,18 +97,15 @@ impl ProbeSet {
         Self { resolution, ..self }
     }
 
-    /// Ranges of the numeric fields.
-    pub fn ranges() -> Vec<FieldRange> {
-        Clamp::ranges::<Self>()
-    }
-
     /// Rays along a side of the octahedral map of a probe's surroundings.
     pub(super) fn ray_side(&self) -> u32 {
         2 * ((self.rays as f32).sqrt() / 2.0).round() as u32
     }
 }
 
-impl Clamped for ProbeSet {
+impl Parameters for ProbeSet {
+    const KIND: ParametersKind = ParametersKind::Scene;
+
     fn clamp(&mut self, c: &mut Clamp) {
         c.int("resolution", &mut self.resolution, 4, MAX_RESOLUTION)
             .unit("probes");
@@ -281,6 +278,6 @@ mod tests {
         };
         assert_eq!(Clamp::apply("ProbeSet", &mut set).len(), 3);
         assert_eq!((set.resolution, set.rays, set.bias), (4, 256, 0.0));
-        check_ranges(&ProbeSet::default(), ProbeSet::ranges());
+        check_ranges::<ProbeSet>();
     }
 }

@@ -1,7 +1,7 @@
 //! Memory of a volume's voxels, its three capture views, and whether it must be captured again.
 
 use bevy::{
-    camera::{Camera, Exposure},
+    camera::Exposure,
     ecs::prelude::*,
     log::warn_once,
     math::{Mat4, UVec2, Vec3},
@@ -19,7 +19,7 @@ use super::{
     types::{BRICK_VOXELS, GpuVoxelize, SUPERSAMPLING, VoxelizeStep, WORDS, argument, counter},
 };
 use crate::{
-    camera::GiCamera,
+    camera::PrimaryGiCamera,
     gpu::{
         readback::Readback,
         statistics::{GiStatistics, Tracked},
@@ -31,7 +31,7 @@ use crate::{
         visibility::SceneCasters,
         volume::{ExtractedVolume, Grid, VolumeGrid},
     },
-    settings::{EmissiveUnits, GiSettings},
+    settings::{EmissiveUnits, GiCaptureSettings, GiSettings},
 };
 
 /// Everything whose change makes the voxels wrong.
@@ -128,15 +128,13 @@ fn axis_view(grid: &Grid, axis: usize) -> (Mat4, Transform) {
     (Mat4::orthographic_rh(-w, w, -h, h, depth, 0.0), eye)
 }
 
-type CameraExposure = (&'static Camera, Option<&'static Exposure>);
-
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn extract_voxel_views(
     mut commands: Commands,
     volumes: Extract<Query<(Entity, &VolumeGrid)>>,
     casters: Extract<Res<SceneCasters>>,
     settings: Extract<Res<GiSettings>>,
-    cameras: Extract<Query<CameraExposure, With<GiCamera>>>,
+    (primary, exposures): (Extract<Res<PrimaryGiCamera>>, Extract<Query<&Exposure>>),
     mut views: ResMut<CaptureViews<VoxelCapture>>,
     mut phases: ResMut<CapturePhases<VoxelCapture>>,
     support: Res<GpuPreprocessingSupport>,
@@ -167,11 +165,9 @@ pub(crate) fn extract_voxel_views(
     sync_views(&mut commands, &mut views, &mut phases, &support, wanted);
 
     // Bevy shows `emissive * mix(1, exposure, weight)`, and light as `nits * exposure`.
-    let exposure = cameras
-        .iter()
-        .filter(|(camera, _)| camera.is_active)
-        .min_by_key(|(camera, _)| camera.order)
-        .and_then(|(_, exposure)| exposure.copied())
+    let exposure = primary
+        .0
+        .and_then(|camera| exposures.get(camera).ok().copied())
         .unwrap_or_default()
         .exposure()
         .max(1e-12);
@@ -189,7 +185,7 @@ pub(crate) fn extract_voxel_views(
 pub(crate) fn prepare_voxels(
     mut commands: Commands,
     mut volumes: Query<(Entity, &ExtractedVolume, Option<&mut SceneVoxels>)>,
-    settings: Res<GiSettings>,
+    settings: Res<GiCaptureSettings>,
     content: Res<ExtractedContent>,
     views: Res<CaptureViews<VoxelCapture>>,
     mut queue: ResMut<CaptureQueue>,
@@ -242,7 +238,7 @@ pub(crate) fn prepare_voxels(
         let any = |what: fn(&CaptureViews<VoxelCapture>, Entity, u32) -> bool| {
             (0..3).any(|axis| what(&views, volume.main.id(), axis))
         };
-        let frozen = settings.freeze_capture && voxels.captured.is_some() && !voxels.waits;
+        let frozen = settings.freeze && voxels.captured.is_some() && !voxels.waits;
         let changed = any(CaptureViews::changed);
         if frozen || (voxels.captured == Some(wanted) && !changed) {
             continue;

@@ -102,9 +102,7 @@ impl Plugin for VoxelsPlugin {
             )
             .add_systems(
                 Render,
-                cache::prepare_voxels
-                    .in_set(GiPrepare::Voxels)
-                    .run_if(supported),
+                prepare_voxels.in_set(GiPrepare::Voxels).run_if(supported),
             )
             .add_systems(Render, cache::read_counts.in_set(RenderSystems::Cleanup))
             .add_systems(

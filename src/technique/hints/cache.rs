@@ -10,7 +10,9 @@ use super::{
     passes::{BounceFrom, BounceJob, CarryJob, HintsJob},
     pipelines::{HintsPipelines, cache_layout},
     plan::{Content, Plan, Progress, Sources},
-    settings::{HintBounce, HintOcclusion, RadianceHints, RadianceHintsSettings},
+    settings::{
+        HintAlbedo, HintBounce, HintExchange, HintOcclusion, RadianceHints, RadianceHintsSettings,
+    },
     types::{
         GpuCarry, GpuHints, GpuStage, SLOT_BOUNCES, SLOT_EMISSION, SLOT_LIGHTS, SLOT_SKY, blocks,
         slots_of,
@@ -154,7 +156,7 @@ impl Cache<RadianceHints> for HintsCache {
             return Activity::default();
         };
         let settings = frame.settings;
-        let by_depth = settings.occlusion == HintOcclusion::CameraDepth;
+        let by_depth = matches!(settings.occlusion, HintOcclusion::CameraDepth(_));
         let content = Content {
             sources: Sources {
                 voxels: probes.version,
@@ -170,7 +172,7 @@ impl Cache<RadianceHints> for HintsCache {
             lighting: frame.lighting,
             rsm: frame.light_maps.rsm_version,
             shown: shown_slots(frame.gi, frame.debug, settings),
-            share: frame.gi.light_share,
+            share: frame.capture.light_share,
             vpls: frame.light_maps.vpls_of(frame.volume.main.id()),
             camera: frame.camera_depth.clip_from_world.filter(|_| by_depth),
         };
@@ -219,8 +221,8 @@ impl HintsCache {
     ) -> BindGroup {
         let settings = frame.settings;
         let cell = probes.lattice.cell;
+        let diagonal = voxels.grid.size().length();
         let mut uniform = UniformBuffer::from(GpuHints {
-            coefficients: self.shape.coefficients,
             samples: plan.samples,
             first_sample: plan.first_sample,
             vpls,
@@ -229,30 +231,14 @@ impl HintsCache {
             blend_lights: plan.blend_lights,
             blend_sources: plan.blend_sources,
             blend_bounces: plan.blend_bounces,
-            specular: settings.specular.into(),
-            sampling: settings.sampling as u32,
-            occlusion: settings.occlusion as u32,
-            bounce: settings.bounce as u32,
-            spread: settings.spread,
-            bounce_samples: settings.bounce_samples,
-            reach: settings.reach * voxels.grid.size().length(),
-            average_albedo: settings.average_albedo,
-            reconstruction: settings.reconstruction as u32,
-            tap_distance: settings.tap_distance * cell,
             sleep_beyond: match plan.sleeps {
                 true => SLEEP_BEYOND * cell,
                 false => f32::MAX,
             },
-            share: frame.gi.light_share as u32,
-            coloured: settings.coloured_bounces.into(),
-            occlusion_points: settings.occlusion_points,
-            occlusion_left: 1.0 - settings.occlusion_factor,
-            min_distance: settings.min_distance * cell,
-            guess_visibility: settings.guess_visibility.into(),
-            taps: settings.taps,
-            ring_cos: settings.ring_angle.to_radians().cos(),
+            share: frame.capture.light_share as u32,
             quiet: if plan.sleeps { QUIET } else { 0.0 },
             unit,
+            ..GpuHints::new(settings, diagonal, cell)
         });
         uniform.write_buffer(frame.device, frame.queue);
         cache_layout()
@@ -358,7 +344,7 @@ impl HintsCache {
         let bounces = (SLOT_BOUNCES..slots).map(|slot| {
             let before = match (slot, settings.bounce) {
                 (SLOT_BOUNCES, _) => first,
-                (_, HintBounce::HintsLiteral) => (1 << slot) - 1,
+                (_, HintBounce::HintsLiteral(_)) => (1 << slot) - 1,
                 _ => 1 << (slot - 1),
             };
             if settings.bounce != HintBounce::Surfaces {
@@ -411,7 +397,13 @@ impl HintsCache {
         frame: &Frame<RadianceHints>,
     ) -> Option<BindGroup> {
         let settings = frame.settings;
-        let coloured = settings.bounce != HintBounce::Surfaces && settings.coloured_bounces;
+        let coloured = match settings.bounce {
+            HintBounce::Surfaces => false,
+            HintBounce::Hints(HintExchange { albedo, .. })
+            | HintBounce::HintsLiteral(HintExchange { albedo, .. }) => {
+                albedo == HintAlbedo::Surfaces
+            }
+        };
         let layout = &frame.pipelines.albedo_layout;
         (coloured && plan.new_surfaces).then(|| {
             layout

@@ -56,8 +56,8 @@ mod types;
 pub use cache::HintsCache;
 pub use pipelines::HintsPipelines;
 pub use settings::{
-    HintBounce, HintOcclusion, HintReconstruction, HintSampling, RadianceHints,
-    RadianceHintsSettings, ShOrder,
+    HintAlbedo, HintBounce, HintDepthTest, HintDisk, HintExchange, HintOcclusion,
+    HintReconstruction, HintSampling, HintTaps, RadianceHints, RadianceHintsSettings, ShOrder,
 };
 
 use bevy::{
@@ -68,6 +68,7 @@ use bevy::{
 
 use super::{LookupShader, Technique};
 use crate::{
+    debug::DebugPlugin,
     gpu::{caps::DeviceNeeds, layout::GroupLayout},
     scene::{needs::SceneNeeds, probes::MAX_PROBES},
 };
@@ -100,7 +101,9 @@ impl Technique for RadianceHints {
         embedded_asset!(app, "sum.wgsl");
         embedded_asset!(app, "gather.wgsl");
         embedded_asset!(app, "export.wgsl");
-        app.add_plugins(debug::HintsViewPlugin);
+        if app.is_plugin_added::<DebugPlugin>() {
+            app.add_plugins(debug::HintsViewPlugin);
+        }
     }
 
     fn needs(settings: &RadianceHintsSettings) -> SceneNeeds {
@@ -110,7 +113,7 @@ impl Technique for RadianceHints {
             probes: true,
             // The light of all slots.
             probe_bytes: 16 * settings.order.coefficients() * cache::slot_count(settings),
-            camera_depth: settings.occlusion == HintOcclusion::CameraDepth,
+            camera_depth: matches!(settings.occlusion, HintOcclusion::CameraDepth(_)),
             ..Default::default()
         }
     }

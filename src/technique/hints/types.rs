@@ -6,7 +6,10 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::settings::{HintBounce, HintOcclusion, HintReconstruction, HintSampling, ShOrder};
+use super::settings::{
+    HintAlbedo, HintBounce, HintDepthTest, HintDisk, HintExchange, HintOcclusion,
+    HintReconstruction, HintSampling, HintTaps, RadianceHintsSettings, ShOrder,
+};
 use crate::debug::HintView;
 
 /// Light of lamps that bounced once, from the virtual point lights.
@@ -41,6 +44,23 @@ pub fn slots_of(view: HintView, slots: u32) -> Option<u32> {
     Some(shown & all)
 }
 
+// Variants of the settings, as the shaders compare them.
+const SAMPLE_VPLS: u32 = 0;
+const SAMPLE_DISK: u32 = 1;
+const SAMPLE_DISK_LITERAL: u32 = 2;
+const OCCLUSION_NONE: u32 = 0;
+const OCCLUSION_LIGHT_DEPTH: u32 = 1;
+const OCCLUSION_CAMERA_DEPTH: u32 = 2;
+const OCCLUSION_VOXELS: u32 = 3;
+const BOUNCE_SURFACES: u32 = 0;
+const BOUNCE_HINTS: u32 = 1;
+const BOUNCE_LITERAL: u32 = 2;
+const RECONSTRUCT_CORNERS: u32 = 0;
+const RECONSTRUCT_TAPS: u32 = 1;
+
+/// Albedo of points between hints around which there is no surface.
+const ALBEDO_OF_NONE: f32 = 0.5;
+
 /// What all passes of a frame know.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
 pub struct GpuHints {
@@ -64,11 +84,11 @@ pub struct GpuHints {
     pub blend_bounces: f32,
     /// 0 or 1.
     pub specular: u32,
-    /// A [`HintSampling`].
+    /// A `SAMPLE_` constant.
     pub sampling: u32,
-    /// A [`HintOcclusion`].
+    /// An `OCCLUSION_` constant.
     pub occlusion: u32,
-    /// A [`HintBounce`].
+    /// A `BOUNCE_` constant.
     pub bounce: u32,
     /// Radius of a disk, as a fraction of the map's side.
     pub spread: f32,
@@ -76,7 +96,7 @@ pub struct GpuHints {
     /// Metres.
     pub reach: f32,
     pub average_albedo: f32,
-    /// A [`HintReconstruction`].
+    /// A `RECONSTRUCT_` constant.
     pub reconstruction: u32,
     /// Metres.
     pub tap_distance: f32,
@@ -101,6 +121,58 @@ pub struct GpuHints {
     pub quiet: f32,
     /// Nits of a unit of what is looked up.
     pub unit: f32,
+}
+
+impl GpuHints {
+    /// What the settings say, for a volume with that diagonal and that side of a cell, metres. The rest is 0. What
+    /// belongs to a variant that is not chosen has its default.
+    pub fn new(settings: &RadianceHintsSettings, diagonal: f32, cell: f32) -> Self {
+        let (sampling, disk) = match settings.sampling {
+            HintSampling::VirtualPointLights => (SAMPLE_VPLS, HintDisk::default()),
+            HintSampling::Disk(disk) => (SAMPLE_DISK, disk),
+            HintSampling::DiskLiteral(disk) => (SAMPLE_DISK_LITERAL, disk),
+        };
+        let (occlusion, depth) = match settings.occlusion {
+            HintOcclusion::None => (OCCLUSION_NONE, HintDepthTest::default()),
+            HintOcclusion::LightDepth(test) => (OCCLUSION_LIGHT_DEPTH, test),
+            HintOcclusion::CameraDepth(test) => (OCCLUSION_CAMERA_DEPTH, test),
+            HintOcclusion::Voxels => (OCCLUSION_VOXELS, HintDepthTest::default()),
+        };
+        let (bounce, exchange) = match settings.bounce {
+            HintBounce::Surfaces => (BOUNCE_SURFACES, HintExchange::default()),
+            HintBounce::Hints(exchange) => (BOUNCE_HINTS, exchange),
+            HintBounce::HintsLiteral(exchange) => (BOUNCE_LITERAL, exchange),
+        };
+        let (coloured, average_albedo) = match exchange.albedo {
+            HintAlbedo::Surfaces => (1, ALBEDO_OF_NONE),
+            HintAlbedo::Average(albedo) => (0, albedo),
+        };
+        let (reconstruction, taps) = match settings.reconstruction {
+            HintReconstruction::Corners => (RECONSTRUCT_CORNERS, HintTaps::default()),
+            HintReconstruction::Taps(taps) => (RECONSTRUCT_TAPS, taps),
+        };
+        Self {
+            coefficients: settings.order.coefficients(),
+            specular: settings.specular.into(),
+            sampling,
+            occlusion,
+            bounce,
+            spread: disk.spread,
+            bounce_samples: exchange.samples,
+            reach: exchange.reach * diagonal,
+            average_albedo,
+            reconstruction,
+            tap_distance: taps.distance * cell,
+            coloured,
+            occlusion_points: depth.points,
+            occlusion_left: 1.0 - depth.factor,
+            min_distance: disk.min_distance * cell,
+            guess_visibility: exchange.guess_visibility.into(),
+            taps: taps.count,
+            ring_cos: taps.angle.to_radians().cos(),
+            ..Default::default()
+        }
+    }
 }
 
 /// Uniform of `carry.wgsl`.
@@ -174,13 +246,13 @@ pub struct GpuPicked {
 /// The constants above, for `types.wgsl`.
 pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
     [
-        ("SAMPLE_VPLS", HintSampling::VirtualPointLights as u32),
-        ("SAMPLE_DISK_LITERAL", HintSampling::DiskLiteral as u32),
-        ("OCCLUSION_LIGHT_DEPTH", HintOcclusion::LightDepth as u32),
-        ("OCCLUSION_CAMERA_DEPTH", HintOcclusion::CameraDepth as u32),
-        ("OCCLUSION_VOXELS", HintOcclusion::Voxels as u32),
-        ("BOUNCE_LITERAL", HintBounce::HintsLiteral as u32),
-        ("RECONSTRUCT_TAPS", HintReconstruction::Taps as u32),
+        ("SAMPLE_VPLS", SAMPLE_VPLS),
+        ("SAMPLE_DISK_LITERAL", SAMPLE_DISK_LITERAL),
+        ("OCCLUSION_LIGHT_DEPTH", OCCLUSION_LIGHT_DEPTH),
+        ("OCCLUSION_CAMERA_DEPTH", OCCLUSION_CAMERA_DEPTH),
+        ("OCCLUSION_VOXELS", OCCLUSION_VOXELS),
+        ("BOUNCE_LITERAL", BOUNCE_LITERAL),
+        ("RECONSTRUCT_TAPS", RECONSTRUCT_TAPS),
         ("SLOT_LIGHTS", SLOT_LIGHTS),
         ("SLOT_EMISSION", SLOT_EMISSION),
         ("SLOT_SKY", SLOT_SKY),

@@ -54,6 +54,7 @@ use bevy::{
 
 use super::{LookupShader, Technique};
 use crate::{
+    debug::DebugPlugin,
     gpu::{caps::DeviceNeeds, layout::GroupLayout},
     scene::{needs::SceneNeeds, volume::MAX_RESOLUTION},
 };
@@ -79,7 +80,9 @@ impl Technique for VoxelConeTracing {
         embedded_asset!(app, "filter.wgsl");
         embedded_asset!(app, "gather.wgsl");
         embedded_asset!(app, "export.wgsl");
-        app.add_plugins(debug::CellsViewPlugin);
+        if app.is_plugin_added::<DebugPlugin>() {
+            app.add_plugins(debug::CellsViewPlugin);
+        }
     }
 
     fn needs(_: &VoxelConeTracingSettings) -> SceneNeeds {

@@ -7,7 +7,7 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{Clamp, Clamped, FieldRange, GiQuality, SettingsResource};
+use crate::settings::{Clamp, GiQuality, Parameters, Preset};
 
 /// Voxel cone tracing, as a [`Technique`](crate::technique::Technique). See the [module](super).
 pub struct VoxelConeTracing;
@@ -159,14 +159,7 @@ impl VoxelConeTracingSettings {
     }
 }
 
-impl VoxelConeTracingSettings {
-    /// Ranges of the numeric fields.
-    pub fn ranges() -> Vec<FieldRange> {
-        Clamp::ranges::<Self>()
-    }
-}
-
-impl Clamped for VoxelConeTracingSettings {
+impl Parameters for VoxelConeTracingSettings {
     fn clamp(&mut self, c: &mut Clamp) {
         c.int("cones", &mut self.cones, 1, 16);
         c.float("cone_angle", &mut self.cone_angle, 10.0, 90.0)
@@ -183,32 +176,27 @@ impl Clamped for VoxelConeTracingSettings {
         c.int("bounce_interval", &mut self.bounce_interval, 1, 8);
         c.int("bounce_cones", &mut self.bounce_cones, 1, 16);
     }
-}
 
-impl SettingsResource for VoxelConeTracingSettings {
-    fn presets() -> Vec<(&'static str, Self)> {
-        GiQuality::named(Self::preset, Self::paper())
+    fn presets() -> Vec<Preset<Self>> {
+        let mut presets =
+            GiQuality::presets(|settings: &mut Self, quality| *settings = Self::preset(quality));
+        presets.push(Preset::value(GiQuality::PAPER, Self::paper()));
+        presets
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::tests::{check_preset, check_ranges};
+    use crate::settings::tests::{check_presets, check_ranges};
 
     #[test]
     fn presets_are_in_range_and_survive_ron() {
-        let presets = GiQuality::ALL.map(VoxelConeTracingSettings::preset);
-        for preset in presets.iter().chain([&VoxelConeTracingSettings::paper()]) {
-            check_preset("VoxelConeTracingSettings", preset);
-        }
+        check_presets::<VoxelConeTracingSettings>();
     }
 
     #[test]
     fn every_number_has_a_range() {
-        check_ranges(
-            &VoxelConeTracingSettings::default(),
-            VoxelConeTracingSettings::ranges(),
-        );
+        check_ranges::<VoxelConeTracingSettings>();
     }
 }

@@ -1,17 +1,107 @@
-//! Ranges of settings, and the clamping of what lies outside of them.
+//! [`Parameters`]: what may be set, with its ranges and presets. [`Clamp`]: brings it into its ranges.
 
-use bevy::{color::LinearRgba, log::warn, math::Vec3};
+use std::sync::Arc;
 
-/// A type whose fields have ranges.
-pub trait Clamped {
+use bevy::{
+    color::LinearRgba,
+    ecs::{component::Mutable, prelude::*},
+    log::warn,
+    math::Vec3,
+    reflect::{FromReflect, GetTypeRegistration, Reflect, TypePath},
+};
+
+/// Parameters that an app or a user may set: a resource, or a component of cameras or of objects of the scene.
+///
+/// [`SettingsResourcePlugin`](crate::SettingsResourcePlugin) and
+/// [`SettingsComponentPlugin`](crate::SettingsComponentPlugin) register them. The inspector, settings files and
+/// the viewer's `--list` and `--set` then find them, and values out of range are clamped whenever they change.
+pub trait Parameters:
+    Component<Mutability = Mutable>
+    + Reflect
+    + TypePath
+    + FromReflect
+    + GetTypeRegistration
+    + Default
+    + Clone
+{
+    /// Where they are. Default [`ParametersKind::Resource`].
+    const KIND: ParametersKind = ParametersKind::Resource;
+
     /// Brings every field into its range, through `clamp`. Default: no field has a range.
     fn clamp(&mut self, _clamp: &mut Clamp) {}
+
+    /// Presets. Default: none.
+    fn presets() -> Vec<Preset<Self>> {
+        Vec::new()
+    }
+
+    /// Takes over values from a settings file. Default: all of them.
+    fn load(&mut self, saved: Self) {
+        *self = saved;
+    }
+
+    /// The entity whose values are saved to settings files, of all that have such parameters. Default: any. A
+    /// resource has only one.
+    fn saved_entity(world: &World) -> Option<Entity> {
+        let mut query = world.try_query_filtered::<Entity, With<Self>>()?;
+        query.iter(world).next()
+    }
+
+    /// Ranges of the numeric fields, as [`clamp`](Self::clamp) states them.
+    fn ranges() -> Vec<FieldRange> {
+        let mut clamp = Clamp::new("");
+        Self::default().clamp(&mut clamp);
+        clamp.ranges
+    }
 }
 
-/// Range of a numeric field of a settings type.
+/// Where [`Parameters`] are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParametersKind {
+    /// A resource. It is part of settings files.
+    Resource,
+    /// A component of cameras. Settings files have the values of one camera, which go to all of them.
+    Camera,
+    /// A component of volumes, lights and other objects. It belongs to the scene, and is not saved to settings
+    /// files.
+    Scene,
+}
+
+/// A preset of some [`Parameters`]: sets the fields that it is about, and keeps the others.
+pub struct Preset<T> {
+    /// Its name, in lower case. A preset of several types has the same name in each.
+    pub name: &'static str,
+    pub(super) set: Arc<dyn Fn(&mut T) + Send + Sync>,
+}
+
+impl<T> Preset<T> {
+    /// A preset that changes a value.
+    pub fn new(name: &'static str, set: impl Fn(&mut T) + Send + Sync + 'static) -> Self {
+        Self {
+            name,
+            set: Arc::new(set),
+        }
+    }
+
+    /// A preset that is a whole value.
+    pub fn value(name: &'static str, value: T) -> Self
+    where
+        T: Clone + Send + Sync + 'static,
+    {
+        Self::new(name, move |old: &mut T| old.clone_from(&value))
+    }
+
+    /// Applies it.
+    pub fn apply(&self, value: &mut T) {
+        (self.set)(value);
+    }
+}
+
+/// Range of a numeric field of some [`Parameters`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldRange {
-    /// Reflection path of the field below its type.
+    /// Reflection path of the field below its type, such as `extent.x`; of a field in a variant of an enum, such
+    /// as `sampling.0.spread`, which exists while the enum is that variant.
     pub field: &'static str,
     /// Minimum.
     pub min: f64,
@@ -47,17 +137,10 @@ impl Clamp {
 
     /// Clamps `value`, a `T` that warnings call `owner`. Returns and logs a sentence for each field that was
     /// out of range.
-    pub fn apply<T: Clamped>(owner: &'static str, value: &mut T) -> Vec<String> {
+    pub fn apply<T: Parameters>(owner: &'static str, value: &mut T) -> Vec<String> {
         let mut clamp = Self::new(owner);
         value.clamp(&mut clamp);
         clamp.changes
-    }
-
-    /// Ranges of the fields of a type, as [`Clamped::clamp`] states them.
-    pub fn ranges<T: Clamped + Default>() -> Vec<FieldRange> {
-        let mut clamp = Self::new("");
-        T::default().clamp(&mut clamp);
-        clamp.ranges
     }
 
     /// Clamps a number. Not-a-number becomes `min`.
