@@ -29,23 +29,24 @@ pub enum LightShare {
 #[reflect(Resource, Default, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GiCaptureSettings {
-    /// Size of each shadow map of bounced light, texels along its side, while there is room for all maps at
-    /// that size. A point or rect light has six maps, a spot light one, a directional light one per volume.
-    /// Range 64..=2048, default 512. Cost: 4 bytes per texel.
+    /// Size of each shadow map of bounced light, texels along its side, rounded up to a power of two, while there
+    /// is room for all maps at that size. A point or rect light has six maps, a spot light one, a directional
+    /// light one per volume. Range 64..=2048, default 512. Cost: 4 bytes per texel.
     pub shadow_map_size: u32,
-    /// Memory for shadow maps, counted in maps of [`shadow_map_size`](Self::shadow_map_size), and for
-    /// reflective shadow maps, counted in maps of [`rsm_size`](Self::rsm_size). Range 1..=254, default 48.
+    /// Memory for light maps, counted in maps of [`shadow_map_size`](Self::shadow_map_size), or of
+    /// [`rsm_size`](Self::rsm_size) where only reflective shadow maps are in use. Range 1..=254, default 48.
     /// Where lights need more, their maps are smaller, down to 16 texels; the lights that send the most light
     /// to the position of a GI camera get the most texels. A light whose maps do not fit even then does not
     /// bounce, and a warning says so.
     pub max_shadow_maps: u32,
     /// Size of each reflective shadow map, texels along its side, rounded up to a power of two. Techniques
-    /// sample these maps to find the surfaces that a light illuminates. There are as many as shadow maps. Range
-    /// 64..=2048, default 256. Cost: 20 bytes per texel.
+    /// sample these maps to find the surfaces that a light illuminates. Where shadow maps are in use as well and
+    /// are larger, both come from one drawing at their size. Range 64..=2048, default 256. Cost: 24 bytes per
+    /// texel.
     pub rsm_size: u32,
     /// Maximum number of reflective shadow maps that are rendered again in a frame, while lights or meshes
-    /// move. The others wait their turn. New maps come first, up to 48 a frame. Range 1..=256, default 12.
-    /// Cost: proportional.
+    /// move; four times as many where only shadow maps are in use. The others wait their turn. New maps come
+    /// first, up to 48 a frame. Range 1..=256, default 12. Cost: proportional.
     pub rsm_updates: u32,
     /// Number of virtual point lights (VPLs) of each volume, which represent all light in the reflective shadow
     /// maps. Rounded up to a power of two, and at least 16 for each light. Range 64..=16384, default 1024.
