@@ -9,6 +9,7 @@
 pub(crate) mod fill;
 mod gizmos;
 pub(crate) mod light_maps;
+mod opacity;
 pub(crate) mod shapes;
 mod view;
 pub(crate) mod voxels;
@@ -115,6 +116,7 @@ impl Plugin for DebugPlugin {
             gizmos::VolumeGizmosPlugin,
             shapes::ShapesPlugin,
             light_maps::LightMapsViewPlugin,
+            opacity::OpacityViewPlugin,
             voxels::VoxelViewPlugin,
             vpls::VplsViewPlugin,
         ));

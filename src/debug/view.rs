@@ -49,6 +49,9 @@ pub enum GiView {
     /// Opacity of cells of voxels along the view direction, unexposed. Only for techniques that store it: voxel
     /// cone tracing.
     VoxelOpacity,
+    /// Ambient occlusion by cones: part of the hemisphere above each surface that no voxels block, weighted by the
+    /// cosine, unexposed. The volume's border blocks nothing.
+    AmbientOcclusion,
     /// All shadow maps, side by side: depth from each light, unexposed.
     ShadowMaps,
     /// All reflective shadow maps: light of each lamp that the surfaces in its view reflect.
@@ -72,13 +75,15 @@ pub(crate) enum Painter {
     Voxels,
     /// The same pass, with the technique's own cells.
     Technique,
+    /// The pass that traces cones through the opacity of volumes.
+    Opacity,
     /// The pass that shows what lights see.
     LightMaps,
 }
 
 impl GiView {
     /// Every view, in the order in which examples cycle through them.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::Full,
         Self::Direct,
         Self::Indirect,
@@ -98,6 +103,7 @@ impl GiView {
         Self::VoxelEmission,
         Self::VoxelRadiance,
         Self::VoxelOpacity,
+        Self::AmbientOcclusion,
         Self::ShadowMaps,
         Self::RsmFlux,
         Self::RsmNormal,
@@ -127,6 +133,7 @@ impl GiView {
             Self::VoxelEmission => "voxel-emission",
             Self::VoxelRadiance => "voxel-radiance",
             Self::VoxelOpacity => "voxel-opacity",
+            Self::AmbientOcclusion => "ambient-occlusion",
             Self::ShadowMaps => "shadow-maps",
             Self::RsmFlux => "rsm-flux",
             Self::RsmNormal => "rsm-normal",
@@ -166,6 +173,9 @@ impl GiView {
             }
             Self::VoxelOpacity => {
                 "opacity of cells along the view: black 0, white 1 (voxel cone tracing has them)"
+            }
+            Self::AmbientOcclusion => {
+                "part of the hemisphere above that no voxels block: black 0, white 1"
             }
             Self::ShadowMaps => {
                 "depth seen from each light, a tile a map: white near, black far or nothing"
@@ -210,6 +220,7 @@ impl GiView {
             Self::Direct => Painter::Bevy,
             Self::VoxelAlbedo | Self::VoxelNormal | Self::VoxelEmission => Painter::Voxels,
             Self::VoxelRadiance | Self::VoxelOpacity => Painter::Technique,
+            Self::AmbientOcclusion => Painter::Opacity,
             Self::ShadowMaps
             | Self::RsmFlux
             | Self::RsmNormal

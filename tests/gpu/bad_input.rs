@@ -129,8 +129,8 @@ fn nothing_panics_and_nothing_is_nan() {
     }
     check(&mut headless, "settings out of range");
     let world = headless.app.world();
-    let camera = world.get::<GiCamera>(gi_camera).unwrap();
-    assert_eq!((camera.strength, camera.history_frames), (0.0, 1));
+    let clamped = world.get::<GiCamera>(gi_camera).unwrap();
+    assert_eq!((clamped.strength, clamped.history_frames), (0.0, 1));
     assert_eq!(world.resource::<GiCaptureSettings>().shadow_map_size, 64);
     headless
         .app

@@ -65,6 +65,52 @@ fn center(picture: &Picture) -> Vec3 {
     Vec3::from_slice(&picture.pixels[(at.y * picture.size.x + at.x) as usize][..3])
 }
 
+/// A floor at the foot of a long wall sees half of the sky, and all of it far away from it.
+#[test]
+fn ambient_occlusion_is_what_a_wall_leaves_of_the_sky() {
+    let mut headless = app();
+    let white = material(&mut headless, diffuse([0.7; 3]));
+    let slab = crate::support::slab;
+    let (far, height) = (6.0, 3.0);
+    slab(
+        &mut headless,
+        Vec3::new(-far, -0.5, -far),
+        Vec3::new(far, 0.0, far),
+        &white,
+    );
+    slab(
+        &mut headless,
+        Vec3::new(-far, 0.0, -far),
+        Vec3::new(0.0, height, far),
+        &white,
+    );
+    let world = headless.app.world_mut();
+    world.spawn((
+        GiVolume::new(Vec3::new(13.0, 7.0, 13.0)).with_resolution(128),
+        Transform::from_xyz(0.0, 2.5, 0.0),
+    ));
+    world.resource_mut::<GiDebugSettings>().view = GiView::AmbientOcclusion;
+    for x in [0.5_f32, 1.5, 4.5] {
+        let at = Vec3::new(x, 0.0, 0.0);
+        let (eye, target) = camera(
+            &mut headless,
+            UVec2::new(32, 32),
+            at + Vec3::new(0.0, 1.0, 0.01),
+            at,
+            10.0,
+        );
+        settle(&mut headless, 4);
+        let open = center(&headless.picture(&target)).x;
+        // The part of the cosine-weighted hemisphere below the edge of an endless wall.
+        let expected = 1.0 - 0.5 * (1.0 - x / x.hypot(height));
+        assert!(
+            (open - expected).abs() < 0.08,
+            "{x} m: {open}, not {expected}"
+        );
+        headless.app.world_mut().despawn(eye);
+    }
+}
+
 #[test]
 fn views_show_what_they_say() {
     let (mut headless, target) = scene();

@@ -351,7 +351,7 @@ fn every_mode_lights_a_room() {
     let disk = RadianceHintsSettings {
         sampling: HintSampling::Disk(HintDisk {
             spread: 1.0,
-            ..default()
+            ..Default::default()
         }),
         samples: 240,
         ..default.clone()
@@ -384,7 +384,7 @@ fn every_mode_lights_a_room() {
             reconstruction: HintReconstruction::Taps(HintTaps {
                 count: 7,
                 angle: 60.0,
-                ..default()
+                ..Default::default()
             }),
             ..default.clone()
         },
