@@ -128,7 +128,8 @@ pub(crate) const COMMON: DeviceNeeds = DeviceNeeds {
 pub(crate) const WORKGROUP: u32 = 64;
 
 /// Formats that compute shaders write.
-pub(crate) const WRITTEN: [TextureFormat; 3] = [
+pub(crate) const WRITTEN: [TextureFormat; 4] = [
+    TextureFormat::Rgba8Unorm,
     TextureFormat::Rgba16Float,
     TextureFormat::R32Float,
     TextureFormat::Rgba32Uint,

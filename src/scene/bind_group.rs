@@ -12,7 +12,7 @@ use bevy::{
 };
 
 use super::{
-    light_maps::{GpuLightMaps, SceneLightMaps},
+    light_maps::{GpuLightMaps, SceneLightMaps, prepare_bind_groups},
     lights::{GpuLight, GpuLights, SceneLights},
     opacity::{OpacityTextures, SceneOpacity},
     sky::{GpuSky, SceneSky},
@@ -57,7 +57,9 @@ impl Plugin for SceneBindGroupPlugin {
                 Render,
                 (
                     write_lights.in_set(GiPrepare::Lights),
-                    prepare_scene_bind_groups.in_set(GiPrepare::Bindings),
+                    prepare_scene_bind_groups
+                        .in_set(GiPrepare::Bindings)
+                        .after(prepare_bind_groups),
                 ),
             );
     }

@@ -284,7 +284,7 @@ pub(super) fn prepare_maps(
 }
 
 /// What the passes over surfaces bind in this frame.
-pub(super) fn prepare_bind_groups(
+pub(crate) fn prepare_bind_groups(
     mut maps: ResMut<SceneLightMaps>,
     pipelines: Option<Res<LightMapPipelines>>,
     cache: Res<PipelineCache>,

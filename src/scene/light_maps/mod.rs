@@ -63,6 +63,7 @@ mod types;
 mod views;
 
 pub use cache::SceneLightMaps;
+pub(crate) use cache::prepare_bind_groups;
 pub(crate) use pipelines::{rsm_layout, shader_defs};
 pub(crate) use types::GpuLightMaps;
 
