@@ -19,7 +19,7 @@
 //! importance, so many a frame. Until it is drawn, a map lets no light through. A light that merely changes its
 //! colour or strength costs nothing: texels hold the light that they pass on per unit of the light's.
 //!
-//! [Views](super::capture) exist only for maps that are drawn: a map at rest costs nothing.
+//! Views (`scene::capture`) exist only for maps that are drawn: a map at rest costs nothing.
 //!
 //! Where depth and surfaces are both read, and depth is finer, a surface is what depth shows in one of the texels
 //! that it covers.
@@ -121,7 +121,7 @@ impl Plugin for LightMapsPlugin {
                 Render,
                 (
                     cache::prepare_maps.in_set(GiPrepare::LightMaps),
-                    cache::prepare_bind_groups
+                    prepare_bind_groups
                         .in_set(GiPrepare::Bindings)
                         .run_if(supported),
                 ),

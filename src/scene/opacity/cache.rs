@@ -85,14 +85,17 @@ fn texture(size: UVec3, levels: u32, device: &RenderDevice) -> Texture {
     })
 }
 
+type VolumeData = (
+    Entity,
+    Option<&'static SceneVoxels>,
+    Option<&'static mut SceneOpacity>,
+);
+
 /// Has the opacity built of each volume that was captured.
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(super) fn prepare_opacity(
     mut commands: Commands,
-    mut volumes: Query<
-        (Entity, Option<&SceneVoxels>, Option<&mut SceneOpacity>),
-        With<ExtractedVolume>,
-    >,
+    mut volumes: Query<VolumeData, With<ExtractedVolume>>,
     needs: Res<SceneNeeds>,
     pipelines: Res<OpacityPipelines>,
     cache: Res<PipelineCache>,
