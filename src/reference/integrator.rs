@@ -71,6 +71,8 @@ impl Throughput {
 }
 
 /// Traces one path through a pixel.
+///
+/// Long, as it is one loop: the path from the camera to its end, in the order in which the estimator is written.
 pub(super) fn trace(
     scene: &ReferenceScene,
     settings: &ReferenceSettings,

@@ -746,6 +746,9 @@ struct Placed<'a> {
 }
 
 impl Placed<'_> {
+    /// Adds the triangles of a mesh, as Bevy's vertex shader places them.
+    ///
+    /// Long, as it reads every attribute that Bevy knows once, and uses all of them for each vertex.
     fn faces(&self, mesh: &Mesh, out: &mut Vec<Face>) -> Result<(), String> {
         let topology = mesh.primitive_topology();
         if !matches!(

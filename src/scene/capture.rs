@@ -361,6 +361,8 @@ impl<K: CaptureKind> Default for PendingCaptures<K> {
 }
 
 /// Adds meshes that are new in a view to its phase, and removes those that left.
+///
+/// Long, as it follows Bevy's `queue_prepass_material_meshes` step by step.
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn queue_captures<K: CaptureKind>(
     views: Query<(Entity, &ExtractedView, &RenderVisibleEntities), With<CaptureView<K>>>,
