@@ -54,9 +54,9 @@
 //! # Architecture
 //!
 //! [`GiSystems`] lists the passes of a frame in order, [`GiPrepare`] the steps that prepare them. [`scene`]
-//! captures the scene: voxels, shadow maps, lights and sky. A [`technique`] turns the capture into a cache, and
-//! looks it up per pixel. The rest is the same for all techniques: light is accumulated over frames, upsampled
-//! to full resolution, and added to the camera's HDR target.
+//! captures the scene: voxels and their opacity, light maps, probes, lights and sky. A [`technique`] turns the
+//! capture into a cache, and looks it up per pixel. The rest is the same for all techniques: light is
+//! accumulated over frames, upsampled to full resolution, and added to the camera's HDR target.
 //!
 //! # Units
 //!

@@ -2,9 +2,9 @@
 //! it.
 //!
 //! The composite draws views of the screen. `voxels.rs` draws views of voxels; a technique adds its own cells
-//! as a `VoxelView`. `light_maps.rs` draws views from lights. Objects at points in space are drawn inside the
-//! picture: volumes and their cells as gizmos (`gizmos.rs`), everything else as spheres in one instanced pass
-//! (`shapes.rs`); a technique adds its own points as `DebugShapes`.
+//! as a `VoxelView`. `opacity.rs` draws ambient occlusion by cones, `light_maps.rs` views from lights. Objects at
+//! points in space are drawn inside the picture: volumes and their cells as gizmos (`gizmos.rs`), everything
+//! else as spheres in one instanced pass (`shapes.rs`); a technique adds its own points as `DebugShapes`.
 
 pub(crate) mod fill;
 mod gizmos;

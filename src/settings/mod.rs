@@ -31,8 +31,8 @@ pub use techniques::{GiTechnique, GiTechniques, TechniqueEntry};
 #[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
 pub enum EmissiveUnits {
     /// Emissive surfaces light their surroundings as brightly as they appear on screen, whatever
-    /// `StandardMaterial::emissive_exposure_weight` is. The exposure is that of the GI camera with the lowest
-    /// `Camera::order`.
+    /// `StandardMaterial::emissive_exposure_weight` is. The exposure is that of the
+    /// [primary camera](crate::PrimaryGiCamera).
     #[default]
     AsSeen,
     /// `StandardMaterial::emissive` is a luminance in nits. Used for comparison with a path tracer.

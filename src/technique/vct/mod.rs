@@ -25,9 +25,10 @@
 //!
 //! # Memory
 //!
-//! Where surfaces are met from behind is read from the scene's [opacity](crate::scene::opacity). The cache is one `Rgba16Float` 3D texture with premultiplied radiance and opacity of cells of 2 voxels. It
+//! The cache is one `Rgba16Float` 3D texture with premultiplied radiance and opacity of cells of 2 voxels. It
 //! holds the six directions of travel, stacked along z, and `levels` mip levels. With 128 voxels along each
-//! side it has 64 x 64 x 384 texels, 14 MiB.
+//! side it has 64 x 64 x 384 texels, 14 MiB. Opacity of surfaces that are met from behind is read from the
+//! scene's [opacity](crate::scene::opacity).
 //!
 //! # Limits
 //!
