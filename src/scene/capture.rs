@@ -203,6 +203,8 @@ pub(crate) struct CaptureViews<K: CaptureKind> {
     /// those in which one waits for an asset.
     waiting: HashSet<Entity>,
     pipelines: HashSet<CachedRenderPipelineId>,
+    /// Whether Bevy's pass that computes the transforms of instances is compiled.
+    places_instances: bool,
     kind: PhantomData<K>,
 }
 
@@ -214,6 +216,7 @@ impl<K: CaptureKind> Default for CaptureViews<K> {
             changed: HashSet::default(),
             waiting: HashSet::default(),
             pipelines: HashSet::default(),
+            places_instances: false,
             kind: PhantomData,
         }
     }
@@ -239,12 +242,14 @@ impl<K: CaptureKind> CaptureViews<K> {
 
     /// Whether every pipeline is compiled: until then, meshes would be missing.
     pub fn ready(&self, cache: &PipelineCache) -> bool {
-        self.pipelines.iter().all(|id| {
-            matches!(
-                cache.get_render_pipeline_state(*id),
-                CachedPipelineState::Ok(_) | CachedPipelineState::Err(_)
-            )
-        })
+        let mut pipelines = self.pipelines.iter();
+        self.places_instances
+            && pipelines.all(|id| {
+                matches!(
+                    cache.get_render_pipeline_state(*id),
+                    CachedPipelineState::Ok(_) | CachedPipelineState::Err(_)
+                )
+            })
     }
 }
 
@@ -370,8 +375,9 @@ fn queue_captures<K: CaptureKind>(
     mut phases: ResMut<CapturePhases<K>>,
     mut pending: ResMut<PendingCaptures<K>>,
     param: StaticSystemParam<K::Param>,
-    (cache, support, allocator, dirty): (
+    (cache, preprocess, support, allocator, dirty): (
         Res<PipelineCache>,
+        Option<Res<PreprocessPipelines>>,
         Res<GpuPreprocessingSupport>,
         Res<MeshAllocator>,
         Res<DirtySpecializations>,
@@ -385,6 +391,11 @@ fn queue_captures<K: CaptureKind>(
     let capture = capture.bypass_change_detection();
     capture.changed.clear();
     capture.waiting.clear();
+    // Without the resource, Bevy computes transforms on the CPU.
+    capture.places_instances = preprocess.is_none_or(|preprocess| {
+        let pass = preprocess.direct_preprocess.pipeline_id;
+        pass.is_some_and(|id| cache.get_compute_pipeline(id).is_some())
+    });
     let all_views = views.iter().map(|(_, view, _)| view.retained_view_entity);
     pending.0.expire_stale_views(&all_views.collect());
     for (id, view, visible) in &views {
