@@ -503,3 +503,198 @@ fn most_pages(side: u32, limits: &Limits) -> u32 {
     let page = u64::from(side) * u64::from(side);
     (budget(side, limits).div_ceil(page) as u32 + 1).min(MAX_PAGES)
 }
+
+#[cfg(test)]
+mod tests {
+    use bevy::{
+        camera::visibility::RenderLayers,
+        math::{Vec3, bounding::Aabb3d},
+    };
+
+    use super::*;
+    use crate::scene::{lights::LightKind, visibility::Caster};
+
+    const LIMITS: Limits = Limits {
+        surfaces: true,
+        reduction: 0,
+        size: 64,
+        maps: 48,
+        updates: 4,
+        frozen: false,
+    };
+
+    fn entity(number: u32) -> Entity {
+        Entity::from_raw_u32(number).unwrap()
+    }
+
+    /// A lamp that reaches 5 metres.
+    fn lamp(number: u32, x: f32) -> SceneLight {
+        SceneLight {
+            entity: entity(number),
+            layers: RenderLayers::default(),
+            gpu: GpuLight {
+                position: Vec3::new(x, 0.0, 0.0),
+                kind: LightKind::Point as u32,
+                color: Vec3::ONE,
+                range: 5.0,
+                near: 0.1,
+                shadow: -1,
+                ..Default::default()
+            },
+            shadows: true,
+            rsm_size: None,
+            rsm_interval: 1,
+        }
+    }
+
+    /// A small box, as it was when `changed` was the version of the scene.
+    fn caster(number: u32, x: f32, changed: u64) -> Caster {
+        Caster {
+            entity: entity(number),
+            bounds: Aabb3d::new(Vec3::new(x, 0.0, 0.0), Vec3::splat(0.2)),
+            shadow: true,
+            layers: RenderLayers::default(),
+            changed,
+        }
+    }
+
+    /// A scene of two lamps, three metres apart, with a box between them and one far away.
+    struct Scene {
+        lights: Vec<SceneLight>,
+        casters: [Caster; 2],
+        limits: Limits,
+        maps: LightMaps,
+    }
+
+    impl Scene {
+        /// All maps are drawn.
+        fn new() -> Self {
+            let mut scene = Self {
+                lights: vec![lamp(1, -1.5), lamp(2, 1.5)],
+                casters: [caster(10, 0.0, 1), caster(11, 9.0, 1)],
+                limits: LIMITS,
+                maps: LightMaps::default(),
+            };
+            assert_eq!(scene.frame(), [6, 6], "new maps have no budget");
+            assert_eq!(scene.frame(), [0, 0], "nothing has changed");
+            scene
+        }
+
+        /// Maps of each light that a frame draws.
+        fn frame(&mut self) -> Vec<usize> {
+            let volume = (entity(20), Aabb3d::new(Vec3::ZERO, Vec3::splat(8.0)));
+            let lit = self.limits.surfaces;
+            let scene = LitScene::of(volume, &self.casters, lit);
+            self.maps.update(&scene, &self.lights, &self.limits);
+            let drawn: Vec<_> = self.maps.drawn_now().map(|(_, map, _)| map.light).collect();
+            let of = |light: &SceneLight| drawn.iter().filter(|d| **d == light.entity).count();
+            self.lights.iter().map(of).collect()
+        }
+    }
+
+    #[test]
+    fn what_changes_decides_which_maps_are_drawn() {
+        type Change = fn(&mut Scene);
+        let cases: [(&str, Change, &[usize]); 9] = [
+            ("a colour", |s| s.lights[0].gpu.color *= 2.0, &[0, 0]),
+            (
+                "what two of twelve faces see",
+                |s| s.casters[0].changed = 2,
+                &[1, 1],
+            ),
+            (
+                "what no lamp reaches",
+                |s| s.casters[1].changed = 2,
+                &[0, 0],
+            ),
+            ("a lamp", |s| s.lights[0] = lamp(1, -1.4), &[4, 0]),
+            (
+                "a lamp that comes first",
+                |s| s.lights.insert(0, lamp(0, 0.5)),
+                &[6, 0, 0],
+            ),
+            ("a lamp that goes", |s| _ = s.lights.remove(0), &[0]),
+            (
+                "nobody reads surfaces",
+                |s| s.limits.surfaces = false,
+                &[0, 0],
+            ),
+            ("larger maps", |s| s.limits.size = 128, &[6, 6]),
+            (
+                "all, but nothing may be drawn",
+                |s| {
+                    s.limits.frozen = true;
+                    s.casters[0].changed = 2;
+                },
+                &[0, 0],
+            ),
+        ];
+        for (what, change, drawn) in cases {
+            let mut scene = Scene::new();
+            change(&mut scene);
+            assert_eq!(scene.frame(), drawn, "{what}");
+        }
+    }
+
+    #[test]
+    fn maps_wait_for_their_turn_within_the_budget() {
+        let mut scene = Scene::new();
+        scene.lights = vec![lamp(1, -1.4), lamp(2, 1.4)];
+        let frames: Vec<usize> = (0..5).map(|_| scene.frame().iter().sum()).collect();
+        assert_eq!(frames, [4, 4, 4, 0, 0]);
+        // Depth alone costs a quarter.
+        let settings = GiCaptureSettings::default();
+        let updates = |rsm| {
+            let needs = SceneNeeds {
+                shadows: true,
+                rsm,
+                ..Default::default()
+            };
+            Limits::new(&settings, &needs).updates
+        };
+        assert_eq!(updates(false), DEPTH_UPDATES * updates(true));
+    }
+
+    #[test]
+    fn surfaces_that_are_asked_for_are_drawn_as_new_maps_are() {
+        let mut scene = Scene::new();
+        scene.limits.surfaces = false;
+        scene.frame();
+        scene.maps.forget_surfaces();
+        scene.limits.frozen = true;
+        assert_eq!(scene.frame(), [0, 0], "depth is there");
+        scene.limits.surfaces = true;
+        assert_eq!(scene.frame(), [6, 6]);
+    }
+
+    #[test]
+    fn a_light_that_updates_rarely_waits() {
+        let mut scene = Scene::new();
+        scene.lights[0].rsm_interval = 4;
+        let mut drawn = Vec::new();
+        for frame in 0..6 {
+            scene.casters[0].changed = 2 + frame;
+            drawn.push(scene.frame()[0]);
+        }
+        // It was drawn two frames before.
+        assert_eq!(drawn, [0, 0, 1, 0, 0, 0]);
+    }
+
+    #[test]
+    fn depth_is_finer_than_surfaces_only_where_both_are_read() {
+        let settings = GiCaptureSettings::default();
+        let [depth, surfaces] = [settings.shadow_map_size, settings.rsm_size];
+        let limits = |shadows, rsm| {
+            let needs = SceneNeeds {
+                shadows,
+                rsm,
+                ..Default::default()
+            };
+            let limits = Limits::new(&settings, &needs);
+            (limits.size, limits.size >> limits.reduction)
+        };
+        assert_eq!(limits(true, false).0, depth);
+        assert_eq!(limits(false, true), (surfaces, surfaces));
+        assert_eq!(limits(true, true), (depth, surfaces));
+    }
+}

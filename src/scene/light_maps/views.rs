@@ -174,6 +174,19 @@ impl<'a> LitScene<'a> {
         (!scene.volumes.is_empty()).then_some(scene)
     }
 
+    /// A scene without a world.
+    #[cfg(test)]
+    pub fn of(volume: (Entity, Aabb3d), casters: &'a [Caster], lit: bool) -> Self {
+        let (entity, bounds) = volume;
+        Self {
+            volumes: vec![LitVolume { entity, bounds }],
+            casters: casters.iter().collect(),
+            lit,
+            cameras: vec![bounds.center().into()],
+            content: SceneCasters::content(casters),
+        }
+    }
+
     /// Meshes that a light's maps show, of those that it reaches, and whether they block it.
     fn shown(&self, light: &SceneLight, reach: Option<&Aabb3d>) -> (Vec<&'a Caster>, bool) {
         let casters = self.casters.iter().copied();
