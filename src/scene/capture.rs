@@ -375,9 +375,8 @@ fn queue_captures<K: CaptureKind>(
     mut phases: ResMut<CapturePhases<K>>,
     mut pending: ResMut<PendingCaptures<K>>,
     param: StaticSystemParam<K::Param>,
-    (cache, preprocess, support, allocator, dirty): (
-        Res<PipelineCache>,
-        Option<Res<PreprocessPipelines>>,
+    (cache, preprocess): (Res<PipelineCache>, Option<Res<PreprocessPipelines>>),
+    (support, allocator, dirty): (
         Res<GpuPreprocessingSupport>,
         Res<MeshAllocator>,
         Res<DirtySpecializations>,
