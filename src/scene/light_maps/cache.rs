@@ -132,7 +132,11 @@ impl SceneLightMaps {
             return Vec::new();
         };
         let wanted = self.maps.update(&scene, lights, &limits);
-        self.look_from_volumes(&scene, lights);
+        // Only virtual point lights are weighed.
+        self.relevance.clear();
+        if limits.surfaces {
+            self.look_from_volumes(&scene, lights);
+        }
         wanted
     }
 
