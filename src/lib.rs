@@ -97,12 +97,12 @@ pub use gpu::{
 };
 pub use plugins::GiPlugins;
 pub use scene::{
-    cascades::GiCascades,
-    lights::GiLight,
-    material::{GiMaterial, GiMaterialPlugin},
-    probes::{ProbePin, ProbePlacement, ProbeSet},
-    visibility::NotGiCaster,
-    volume::GiVolume,
+    volume::{GiCascades, GiVolume, ProbePin, ProbePlacement, ProbeSet},
+    world::{
+        casters::NotGiCaster,
+        lights::GiLight,
+        material::{GiMaterial, GiMaterialPlugin},
+    },
 };
 pub use schedule::{GiPrepare, GiSystems};
 pub use settings::{

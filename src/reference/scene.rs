@@ -38,9 +38,9 @@ use super::{
 };
 use crate::{
     camera::{GiCamera, PrimaryGiCamera},
-    scene::{
+    scene::world::{
+        casters::NotGiCaster,
         viewers::{Viewer, Viewers},
-        visibility::NotGiCaster,
     },
     settings::{EmissiveUnits, GiSettings, GiSky},
 };

@@ -13,10 +13,12 @@ use bevy::{
 
 use super::{
     light_maps::{GpuLightMaps, SceneLightMaps, prepare_bind_groups},
-    lights::{GpuLight, GpuLights, SceneLights},
     opacity::{OpacityTextures, SceneOpacity},
-    sky::{GpuSky, SceneSky},
     volume::{ExtractedVolume, GpuVolume, with_volume},
+    world::{
+        lights::{GpuLight, GpuLights, SceneLights},
+        sky::{GpuSky, SceneSky},
+    },
 };
 use crate::{
     gpu::layout::{GroupLayout, filtered, storage_read, uniform},
@@ -44,9 +46,6 @@ impl Plugin for SceneBindGroupPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "types.wgsl");
         load_shader_library!(app, "bindings.wgsl");
-        load_shader_library!(app, "falloff.wgsl");
-        load_shader_library!(app, "lights.wgsl");
-        load_shader_library!(app, "sky.wgsl");
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };

@@ -1,37 +1,27 @@
 //! The capture of the scene: geometry, lights and sky, independent of any camera.
 //!
-//! Data flows one way: meshes, lights and sky of the main world become [`SceneVoxels`](voxels),
-//! [`SceneLightMaps`](light_maps), [`SceneOpacity`](opacity), [`SceneProbes`](probes) and [`SceneLights`](lights).
-//! Techniques read nothing else. Everything inside a [`GiVolume`](volume::GiVolume) is captured, whether it is
+//! Data flows one way. [`volume`] is what the user places, [`world`] what Bevy's world says: casters, lights, sky.
+//! `views` draws meshes from views that are no cameras. From these come [`SceneLightMaps`](light_maps),
+//! [`SceneVoxels`](voxels), [`SceneOpacity`](opacity) and [`SceneProbes`](probes). Techniques read nothing else. Everything inside a [`GiVolume`](volume::GiVolume) is captured, whether it is
 //! on screen or not.
 //!
 //! Only what a technique or a debug view in use reads is captured, and only when it has changed.
 
 pub mod bind_group;
-pub mod cascades;
 pub mod light_maps;
-pub mod lights;
-pub mod material;
 pub mod opacity;
 pub mod probes;
-pub mod visibility;
 pub mod volume;
 pub mod voxels;
+pub mod world;
 
-mod around;
 pub(crate) mod bounds;
-pub(crate) mod capture;
 pub(crate) mod needs;
 pub(crate) mod reach;
-pub(crate) mod shapes;
-pub(crate) mod sky;
 pub(crate) mod units;
-pub(crate) mod viewers;
+pub(crate) mod views;
 
-use bevy::{
-    app::{App, Plugin},
-    pbr::StandardMaterial,
-};
+use bevy::app::{App, Plugin};
 
 /// The capture of the scene: everything in [`scene`](self).
 #[derive(Default)]
@@ -42,13 +32,10 @@ impl Plugin for ScenePlugin {
         app.add_plugins((
             needs::NeedsPlugin,
             volume::VolumePlugin,
-            cascades::CascadesPlugin,
-            visibility::VisibilityPlugin,
-            lights::LightsPlugin,
-            sky::SkyPlugin,
+            volume::cascades::CascadesPlugin,
+            world::WorldPlugin,
             units::UnitsPlugin,
-            material::GiMaterialPlugin::<StandardMaterial>::default(),
-            capture::CapturePlugin,
+            views::ViewsPlugin,
             light_maps::LightMapsPlugin,
             voxels::VoxelsPlugin,
             opacity::OpacityPlugin,

@@ -10,9 +10,11 @@ use bevy::{
 
 use super::{
     bounds::{Beam, overlaps},
-    lights::{LightQueries, SceneLight},
-    viewers::Viewers,
     volume::VolumeGrid,
+    world::{
+        lights::{LightQueries, SceneLight},
+        viewers::Viewers,
+    },
 };
 use crate::settings::GiSettings;
 
@@ -100,7 +102,7 @@ pub(crate) fn find_reach(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::lights::{GpuLight, LightKind};
+    use crate::scene::world::lights::{GpuLight, LightKind};
 
     fn cube(center: Vec3) -> Aabb3d {
         Aabb3d::new(center, Vec3::splat(0.5))

@@ -1,7 +1,7 @@
 // GPU structs of the scene; each is the twin of a Rust `Gpu*` struct, which documents its fields.
 #define_import_path bevy_gi::scene::types
 
-// scene/volume.rs
+// scene/volume/mod.rs
 struct Volume {
     origin: vec3<f32>,
     voxel: f32,
@@ -43,7 +43,7 @@ struct LightMaps {
     array: array<LightMap>,
 }
 
-// scene/lights.rs
+// scene/world/lights.rs
 struct Light {
     position: vec3<f32>,
     kind: u32,
@@ -63,7 +63,7 @@ struct Lights {
     array: array<Light>,
 }
 
-// scene/sky.rs
+// scene/world/sky.rs
 struct Sky {
     rotation: vec4<f32>,
     constant: vec3<f32>,

@@ -36,10 +36,12 @@ use bevy::{
 };
 
 use super::{
-    lights::{LightKind, SceneLight, SceneLights},
-    sky::SceneSky,
     volume::{ExtractedVolume, Grid},
     voxels::SceneVoxels,
+    world::{
+        lights::{LightKind, SceneLight, SceneLights},
+        sky::SceneSky,
+    },
 };
 use crate::{camera::PrimaryGiCamera, schedule::GiPrepare};
 

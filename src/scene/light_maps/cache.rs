@@ -22,9 +22,9 @@ use super::{
 use crate::{
     gpu::statistics::{GiStatistics, Tracked},
     scene::{
-        capture::{CaptureQueue, CaptureViews, WantedView},
-        lights::SceneLight,
         needs::SceneNeeds,
+        views::{CaptureQueue, CaptureViews, WantedView},
+        world::lights::SceneLight,
     },
     settings::{GiCaptureSettings, LightShare},
 };

@@ -10,9 +10,9 @@ use super::{
 };
 use crate::{
     scene::{
-        capture::{CaptureKind, CaptureQueue, CaptureViews, WantedView},
-        lights::{GpuLight, SceneLight},
         needs::SceneNeeds,
+        views::{CaptureKind, CaptureQueue, CaptureViews, WantedView},
+        world::lights::{GpuLight, SceneLight},
     },
     settings::GiCaptureSettings,
 };
@@ -512,7 +512,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::scene::{lights::LightKind, visibility::Caster};
+    use crate::scene::world::{casters::Caster, lights::LightKind};
 
     const LIMITS: Limits = Limits {
         surfaces: true,

@@ -17,11 +17,13 @@ use crate::{
     camera::GiCamera,
     gpu::statistics::GiStatistics,
     scene::{
-        capture::{CapturePhases, CaptureViews, sync_views},
-        lights::{SceneLights, warn_of_lights},
         needs::SceneNeeds,
-        visibility::SceneCasters,
+        views::{CapturePhases, CaptureViews, sync_views},
         volume::VolumeGrid,
+        world::{
+            casters::SceneCasters,
+            lights::{SceneLights, warn_of_lights},
+        },
     },
     settings::GiCaptureSettings,
 };

@@ -81,9 +81,9 @@ use bevy::{
 
 use self::pipelines::{DepthCapture, SurfaceCapture};
 use super::{
-    capture::{CaptureKindPlugin, CapturePhase, preprocess_captures},
-    lights::extract_lights,
     needs::NeedsKnown,
+    views::{CaptureKindPlugin, CapturePhase, preprocess_captures},
+    world::lights::extract_lights,
 };
 use crate::{
     gpu::caps::supported,

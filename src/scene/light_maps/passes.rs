@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     gpu::compute::{Dispatch, Recorder},
-    scene::capture::{CaptureKind, CapturePhases, CaptureViews},
+    scene::views::{CaptureKind, CapturePhases, CaptureViews},
 };
 
 /// What draws the meshes of maps.

@@ -26,8 +26,8 @@ use crate::{
         layout::{GroupLayout, loaded, storage_read, storage_write, uniform},
     },
     scene::{
-        capture::{CaptureKind, CapturePhase, CapturePipeline, PrepassPipelines},
-        lights,
+        views::{CaptureKind, CapturePhase, CapturePipeline, PrepassPipelines},
+        world::lights,
     },
     settings::LightShare,
 };

@@ -2,7 +2,7 @@
 
 #import bevy_gi::gpu::color::luminance
 #import bevy_gi::gpu::pack::pack_normal
-#import bevy_gi::scene::falloff::{range_window, spot_attenuation}
+#import bevy_gi::scene::world::falloff::{range_window, spot_attenuation}
 #import bevy_gi::scene::light_maps::types::{map_position, surface_uv}
 #import bevy_gi::scene::types::{LightMap, LightMaps}
 #import bevy_pbr::{

@@ -6,7 +6,7 @@ use bevy::{
 };
 
 use super::choice::{LightMap, Limits};
-use crate::scene::lights::LightKind;
+use crate::scene::world::lights::LightKind;
 
 /// One map.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
@@ -14,10 +14,10 @@ pub struct GpuLightMap {
     /// Of what its tile shows.
     pub clip_from_world: Mat4,
     pub world_from_clip: Mat4,
-    /// As [`GpuLight::color`](crate::scene::lights::GpuLight::color) now, lux or candela; of a rect light times its
+    /// As [`GpuLight::color`](crate::scene::world::lights::GpuLight::color) now, lux or candela; of a rect light times its
     /// area, candela too.
     pub color: Vec3,
-    /// A [`LightKind`](crate::scene::lights::LightKind).
+    /// A [`LightKind`](crate::scene::world::lights::LightKind).
     pub kind: u32,
     /// Where the light is, metres.
     pub position: Vec3,

@@ -20,10 +20,12 @@ use crate::{
     camera::GiCamera,
     scene::{
         bounds::{Beam, any_up, overlaps},
-        capture::WantedView,
-        lights::{LightKind, SceneLight},
-        visibility::{Caster, SceneCasters},
+        views::WantedView,
         volume::{VolumeGrid, finest_first},
+        world::{
+            casters::{Caster, SceneCasters},
+            lights::{LightKind, SceneLight},
+        },
     },
 };
 

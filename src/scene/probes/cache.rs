@@ -15,17 +15,17 @@ use bevy::{
 
 use super::{
     pipelines::{GpuProbePass, ProbePipelines},
-    set::{Lattice, ProbePin, ProbePlacement, ProbeSet},
     types::GpuProbes,
 };
+use crate::scene::volume::probe_set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
 use crate::{
     gpu::statistics::{GiStatistics, Tracked},
     scene::{
         bounds::overlaps,
         needs::SceneNeeds,
-        visibility::SceneCasters,
         volume::{ExtractedVolume, GiVolume, Grid, VolumeGrid},
         voxels::SceneVoxels,
+        world::casters::SceneCasters,
     },
 };
 

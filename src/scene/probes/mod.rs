@@ -24,14 +24,12 @@
 mod cache;
 mod passes;
 mod pipelines;
-mod set;
 mod types;
 
+pub use super::volume::Lattice;
 pub(crate) use cache::LookAgain;
 pub use cache::SceneProbes;
 pub(crate) use pipelines::{cache_layout, shader_defs};
-pub(crate) use set::MAX_PROBES;
-pub use set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
 pub(crate) use types::GpuProbes;
 
 use bevy::{
@@ -43,7 +41,7 @@ use bevy::{
 };
 
 use super::{
-    volume::{GiVolume, with_volume},
+    volume::{GiVolume, ProbeSet, with_volume},
     voxels::voxelize,
 };
 use crate::{

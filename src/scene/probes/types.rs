@@ -6,7 +6,7 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::set::{Lattice, ProbeSet};
+use crate::scene::volume::probe_set::{Lattice, ProbeSet};
 
 /// In place of a voxel's index in a hit: the ray left the volume.
 pub const HIT_NOTHING: u32 = u32::MAX;

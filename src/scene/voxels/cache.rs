@@ -26,10 +26,10 @@ use crate::{
     },
     scene::{
         bounds::overlaps,
-        capture::{CapturePhases, CaptureQueue, CaptureViews, WantedView, sync_views},
         needs::SceneNeeds,
-        visibility::SceneCasters,
+        views::{CapturePhases, CaptureQueue, CaptureViews, WantedView, sync_views},
         volume::{ExtractedVolume, Grid, VolumeGrid},
+        world::casters::SceneCasters,
     },
     settings::{EmissiveUnits, GiCaptureSettings, GiSettings},
 };

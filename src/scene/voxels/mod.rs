@@ -62,7 +62,7 @@ use bevy::{
 };
 
 use super::{
-    capture::{CaptureKindPlugin, preprocess_captures},
+    views::{CaptureKindPlugin, preprocess_captures},
     volume::with_volume,
 };
 use crate::{

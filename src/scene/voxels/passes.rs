@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     gpu::compute::{Dispatch, Recorder},
-    scene::capture::CapturePhases,
+    scene::views::CapturePhases,
 };
 
 /// Captures every volume that has a job.

@@ -25,8 +25,8 @@ use crate::{
         layout::{GroupLayout, storage_read, storage_write, uniform},
     },
     scene::{
-        capture::{CaptureKind, CapturePhase, CapturePipeline},
-        material::MaterialShaders,
+        views::{CaptureKind, CapturePhase, CapturePipeline},
+        world::material::MaterialShaders,
     },
 };
 

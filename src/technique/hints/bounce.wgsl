@@ -15,7 +15,7 @@
 #import bevy_gi::gpu::row::{LANES, row_index}
 #import bevy_gi::technique::hints::lookup::diffuse_light
 #else
-#import bevy_gi::scene::sky::sky_radiance
+#import bevy_gi::scene::world::sky::sky_radiance
 #import bevy_gi::technique::hints::accumulate::{asleep, blend_slot}
 #import bevy_render::maths::PI
 #endif

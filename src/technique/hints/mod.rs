@@ -70,7 +70,7 @@ use super::{LookupShader, Technique};
 use crate::{
     debug::DebugPlugin,
     gpu::{caps::DeviceNeeds, layout::GroupLayout},
-    scene::{needs::SceneNeeds, probes::MAX_PROBES},
+    scene::{needs::SceneNeeds, volume::probe_set::MAX_PROBES},
 };
 
 impl Technique for RadianceHints {

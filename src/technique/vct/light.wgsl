@@ -14,7 +14,7 @@
 #endif
 #ifdef LIGHT
 #import bevy_gi::scene::bindings::volume
-#import bevy_gi::scene::lights::direct_irradiance
+#import bevy_gi::scene::world::lights::direct_irradiance
 #import bevy_gi::scene::voxels::pool::load_voxel
 #import bevy_render::maths::PI
 #endif

@@ -6,7 +6,7 @@
 #import bevy_gi::scene::opacity::lookup::{
     Cone, March, Passage, Station, direction_weights, first_station, inside_block, meet, station,
 }
-#import bevy_gi::scene::sky::sky_radiance
+#import bevy_gi::scene::world::sky::sky_radiance
 #import bevy_gi::technique::vct::bindings::{cell_sampler, cells, cones}
 #import bevy_render::maths::{HALF_PI, PI_2}
 

@@ -17,7 +17,7 @@ use crate::{
         compute::{ComputePass, block},
         layout::{GroupLayout, filtered, loaded, storage_read, storage_write, uniform},
     },
-    scene::{bind_group::scene_layout, lights, voxels::shader_defs as voxel_shader_defs},
+    scene::{bind_group::scene_layout, voxels::shader_defs as voxel_shader_defs, world::lights},
     technique::Pipelines,
 };
 

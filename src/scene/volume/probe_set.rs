@@ -8,10 +8,8 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    scene::volume::Grid,
-    settings::{Clamp, Parameters, ParametersKind},
-};
+use super::Grid;
+use crate::settings::{Clamp, Parameters, ParametersKind};
 
 /// Maximum number of probes along a side of a volume: the highest [`ProbeSet::resolution`], and one more in a
 /// volume that moves.
@@ -98,7 +96,7 @@ impl ProbeSet {
     }
 
     /// Rays along a side of the octahedral map of a probe's surroundings.
-    pub(super) fn ray_side(&self) -> u32 {
+    pub(crate) fn ray_side(&self) -> u32 {
         2 * ((self.rays as f32).sqrt() / 2.0).round() as u32
     }
 }

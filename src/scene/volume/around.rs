@@ -2,7 +2,7 @@
 
 use bevy::{math::Vec3, transform::components::Transform};
 
-use super::{probes::ProbeSet, volume::GiVolume};
+use super::{GiVolume, ProbeSet};
 use crate::settings::Clamp;
 
 impl GiVolume {

@@ -1,5 +1,5 @@
 // How light decreases on its way, as Bevy has it.
-#define_import_path bevy_gi::scene::falloff
+#define_import_path bevy_gi::scene::world::falloff
 
 // The window that ends the light of a lamp at its range (`getDistanceAttenuation`), 0..1.
 fn range_window(distance_squared: f32, range: f32) -> f32 {

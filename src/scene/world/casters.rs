@@ -38,11 +38,11 @@ use bevy::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    reach::{SceneReach, find_reach},
     shapes::{MeshShapes, Pose},
     viewers::{Viewer, Viewers},
 };
 use crate::camera::{GiCamera, PrimaryGiCamera};
+use crate::scene::reach::{SceneReach, find_reach};
 
 /// A mesh that neither blocks nor bounces light. It only receives indirect light.
 ///
@@ -101,9 +101,9 @@ impl SceneCasters {
     }
 }
 
-pub(crate) struct VisibilityPlugin;
+pub(crate) struct CastersPlugin;
 
-impl Plugin for VisibilityPlugin {
+impl Plugin for CastersPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<SceneCasters>()
             .init_resource::<Viewers>()
@@ -113,7 +113,7 @@ impl Plugin for VisibilityPlugin {
                 (update_viewers, find_reach, collect_casters)
                     .chain()
                     .in_set(VisibilitySystems::CheckVisibility)
-                    .after(super::volume::update_grids)
+                    .after(crate::scene::volume::update_grids)
                     .ambiguous_with_all(),
             );
     }

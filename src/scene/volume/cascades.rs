@@ -10,10 +10,7 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{
-    probes::ProbeSet,
-    volume::{GiVolume, LARGEST},
-};
+use super::{GiVolume, LARGEST, ProbeSet};
 use crate::settings::{Clamp, Clamping, Parameters, ParametersKind, SettingsComponentPlugin};
 
 /// Nested [`GiVolume`]s that follow the camera, for worlds that a single volume cannot hold.

@@ -1,4 +1,12 @@
-//! [`GiVolume`]: the box in which global illumination is computed, and its voxel grid.
+//! What the user places: [`GiVolume`], the box in which global illumination is computed, [`GiCascades`] of volumes
+//! around the camera, and the [`ProbeSet`] of a volume.
+
+mod around;
+pub(crate) mod cascades;
+pub(crate) mod probe_set;
+
+pub use cascades::GiCascades;
+pub use probe_set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
 
 use bevy::{
     app::{App, Plugin, PostUpdate},

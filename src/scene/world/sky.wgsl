@@ -1,5 +1,5 @@
 // The light from outside of the scene.
-#define_import_path bevy_gi::scene::sky
+#define_import_path bevy_gi::scene::world::sky
 
 #import bevy_gi::scene::bindings::{sky, sky_map, sky_sampler}
 

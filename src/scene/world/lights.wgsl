@@ -1,8 +1,8 @@
 // Direct light at a point: every kind of light, with its shadow.
-#define_import_path bevy_gi::scene::lights
+#define_import_path bevy_gi::scene::world::lights
 
 #import bevy_gi::scene::bindings::{depth_sampler, light_depth, light_maps, lights, volume}
-#import bevy_gi::scene::falloff::{distance_attenuation, spot_attenuation}
+#import bevy_gi::scene::world::falloff::{distance_attenuation, spot_attenuation}
 #import bevy_gi::scene::types::Light
 #import bevy_render::maths::PI
 #import bevy_render::view::ndc_to_uv

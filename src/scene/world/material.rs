@@ -11,7 +11,7 @@ use bevy::{
     shader::{Shader, ShaderRef},
 };
 
-use super::visibility::{SceneCasters, changed_asset, collect_casters};
+use super::casters::{SceneCasters, changed_asset, collect_casters};
 
 /// A material that bounces light with its own colour and emission.
 ///

@@ -26,9 +26,9 @@ use bevy::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{
+use super::viewers::Viewers;
+use crate::scene::{
     bounds::overlaps,
-    viewers::Viewers,
     volume::{Grid, VolumeGrid},
 };
 use crate::{
@@ -163,7 +163,7 @@ pub struct SceneLight {
     pub entity: Entity,
     /// Render layers. As in Bevy, only meshes that share one of them block the light.
     pub layers: RenderLayers,
-    /// Its GPU data, but for `shadow`, which [`light_maps`](super::light_maps) decides.
+    /// Its GPU data, but for `shadow`, which [`light_maps`](crate::scene::light_maps) decides.
     pub gpu: GpuLight,
     /// Whether it asks for shadow maps.
     pub shadows: bool,
