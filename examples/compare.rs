@@ -13,7 +13,7 @@ use bevy::{
     render::render_resource::TextureFormat,
     window::PrimaryWindow,
 };
-use bevy_gi::{GiTechniques, prelude::*};
+use bevy_gi::{GiTechniques, ViewEntry, prelude::*};
 use clap::{Parser, ValueEnum};
 use common::{
     adapter,
@@ -46,7 +46,7 @@ struct Options {
     layout: LayoutName,
     /// What is shown; --list names all.
     #[arg(long, value_parser = view)]
-    view: Option<GiView>,
+    view: Option<ViewEntry>,
     /// Width x height, pixels.
     #[arg(long, default_value = "1280x720", value_parser = size)]
     size: UVec2,
@@ -151,8 +151,8 @@ fn run(options: Options) -> Result<(), String> {
     for side in [options.left, options.right] {
         side.check(app.world().resource::<GiTechniques>())?;
     }
-    if let Some(view) = options.view {
-        app.world_mut().resource_mut::<GiDebugSettings>().view = view;
+    if let Some(shown) = options.view {
+        app.world_mut().resource_mut::<GiDebugSettings>().view = shown.view;
     }
     app.add_plugins(OpenPlugin::new(options.scene.clone())?)
         .add_systems(Startup, move |world: &mut World| setup(world, &options))
@@ -348,17 +348,18 @@ fn trace(world: &mut World) {
 /// Shows both sides, and tells the meter what to measure.
 fn show(
     mut comparison: ResMut<Comparison>,
-    debug: Res<GiDebugSettings>,
+    (debug, views): (Res<GiDebugSettings>, Res<GiViews>),
     exposures: Query<&Exposure>,
     mut overlays: ResMut<Assets<Overlay>>,
     mut screen: Single<&mut Tonemapping, With<Screen>>,
     mut meter: ResMut<Meter>,
 ) {
+    let is_luminance = views.get(debug.view).is_luminance;
     let exposure = exposures.get(comparison.sides[0].camera);
     let exposure = exposure.copied().unwrap_or_default().exposure();
     // Factors from the sides' values to those of the screen: cameras have exposed theirs.
     let scale = [0, 1].map(|i| match comparison.sides[i].technique {
-        Technique::Reference if debug.view.is_luminance() => exposure,
+        Technique::Reference if is_luminance => exposure,
         _ => 1.0,
     });
     meter.sides = [0, 1].map(|i| comparison.sides[i].image());
@@ -380,7 +381,7 @@ fn show(
     {
         *overlay = wanted;
     }
-    let wanted = match (comparison.layout, debug.view.is_luminance()) {
+    let wanted = match (comparison.layout, is_luminance) {
         (Layout::Heat, _) | (_, false) => Tonemapping::None,
         _ => Tonemapping::TonyMcMapface,
     };

@@ -96,8 +96,10 @@ impl Technique for AmbientCubes {
     const NAME: &'static str = "cubes";
     const TITLE: &'static str = "Ambient cubes";
     type Settings = AmbientCubesSettings;
+    type Debug = NoDebug;
     type Pipelines = NoPipelines;
     type Cache = CubesCache;
+    type ViewCache = NoCache;
 
     fn build(app: &mut App) {
         let mut shaders = app.world_mut().resource_mut::<Assets<Shader>>();
@@ -114,8 +116,12 @@ impl Technique for AmbientCubes {
         LookupShader::new(SHADER, "gather_cubes", Vec::new())
     }
 
-    fn export(_: &AssetServer) -> LookupShader {
-        LookupShader::new(SHADER, "export_cubes", vec!["EXPORT".into()])
+    fn export(_: &AssetServer) -> Option<LookupShader> {
+        Some(LookupShader::new(
+            SHADER,
+            "export_cubes",
+            vec!["EXPORT".into()],
+        ))
     }
 }
 

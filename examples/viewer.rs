@@ -6,7 +6,7 @@ mod common;
 use std::{path::PathBuf, process::ExitCode};
 
 use bevy::prelude::*;
-use bevy_gi::{prelude::*, reference::ReferenceSettings};
+use bevy_gi::{ViewEntry, prelude::*, reference::ReferenceSettings};
 use clap::Parser;
 use common::{
     adapter, capture,
@@ -43,7 +43,7 @@ struct Options {
     frames: u32,
     /// What is shown; --list names all.
     #[arg(long, value_parser = view)]
-    view: Option<GiView>,
+    view: Option<ViewEntry>,
     /// Writes what the colours of the view mean into a headless picture, which has it beside it otherwise.
     #[arg(long, requires = "headless")]
     legend: bool,
@@ -93,8 +93,8 @@ fn configure(world: &mut World, options: &Options) -> Result<(), String> {
     let usual = scene.filter(|_| options.settings.settings.is_none());
     let usual = usual.and_then(|scene| scene.technique).map(Technique::Gi);
     options.settings.apply(world, options.technique.or(usual))?;
-    if let Some(view) = options.view {
-        world.resource_mut::<GiDebugSettings>().view = view;
+    if let Some(shown) = options.view {
+        world.resource_mut::<GiDebugSettings>().view = shown.view;
     }
     Ok(())
 }
@@ -119,8 +119,11 @@ fn headless(options: Options) -> Result<(), String> {
             .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
     };
     let exr = options.out.as_ref().is_some_and(is_exr);
-    let view = options.view.unwrap_or_default();
-    let film = match (exr, view.is_luminance()) {
+    let shown = options
+        .view
+        .unwrap_or_else(|| *GiViews::default().get(GiView::Full));
+    let view = shown.view;
+    let film = match (exr, shown.is_luminance) {
         (true, _) => Film::Linear,
         (false, true) => Film::Seen,
         (false, false) => Film::Encoded,
@@ -128,7 +131,7 @@ fn headless(options: Options) -> Result<(), String> {
     let mut studio = Studio::open(options.scene.clone(), options.size, film, |world| {
         configure(world, &options)
     })?;
-    let scale = if view.is_luminance() {
+    let scale = if shown.is_luminance {
         studio.exposure
     } else {
         1.0
@@ -153,7 +156,7 @@ fn headless(options: Options) -> Result<(), String> {
             let mut legend = studio
                 .world()
                 .spawn((controls::panel(), UiTargetCamera(camera)));
-            legend.insert(Text(format!("{}: {}", view.name(), view.legend())));
+            legend.insert(Text(format!("{view}: {}", shown.legend)));
         }
         studio.settle(options.frames);
         let picture = studio.picture();
@@ -167,7 +170,7 @@ fn headless(options: Options) -> Result<(), String> {
         capture::write(&picture, path)?;
         match view {
             GiView::Full => println!("{}", path.display()),
-            _ => println!("{}: {}, {}", path.display(), view.name(), view.legend()),
+            _ => println!("{}: {view}, {}", path.display(), shown.legend),
         }
     }
     if let Some(path) = &options.stats {

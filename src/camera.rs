@@ -23,8 +23,8 @@ use serde::{Deserialize, Serialize};
 use crate::{
     gpu::caps::{GiSupport, supported},
     settings::{
-        Clamp, GiQuality, GiSettings, GiTechnique, Parameters, ParametersKind, Preset,
-        SettingsComponentPlugin,
+        Clamp, GiQuality, GiSettings, GiTechnique, GiTechniques, Lookup, Parameters,
+        ParametersKind, Preset, SettingsComponentPlugin,
     },
 };
 
@@ -263,6 +263,8 @@ fn extract_primary(
 pub struct ExtractedGiCamera {
     /// The technique that it shows.
     pub(crate) technique: GiTechnique,
+    /// Where the gather of this technique looks light up.
+    pub(crate) lookup: Lookup,
     /// What the app has set.
     pub(crate) settings: GiCamera,
     /// The camera's own ambient light.
@@ -285,12 +287,16 @@ fn extract_cameras(
     cameras: Extract<Query<CameraData>>,
     settings: Extract<Res<GiSettings>>,
     support: Extract<Res<GiSupport>>,
+    techniques: Extract<Res<GiTechniques>>,
 ) {
     for (entity, gi, camera, ambient) in &cameras {
         let mut entity = commands.entity(entity);
         if camera.is_active {
+            let technique = gi.active_technique(&settings, &support);
+            let lookup = techniques.get(technique).map(|entry| entry.lookup);
             entity.insert(ExtractedGiCamera {
-                technique: gi.active_technique(&settings, &support),
+                technique,
+                lookup: lookup.unwrap_or_default(),
                 settings: *gi,
                 ambient: ambient.cloned(),
             });

@@ -230,22 +230,35 @@ impl Idle {
         panic!("pipelines are not compiled");
     }
 
+    /// All debug views, and everything of techniques that has a switch is shown.
+    fn views(&mut self) -> Vec<GiView> {
+        let world = self.app.world_mut();
+        let registry = world.resource::<GiSettingsRegistry>().clone();
+        for entry in registry.iter().filter(|entry| entry.is_debug) {
+            entry.change_all(world, |settings| {
+                if let Ok(show) = settings.path_mut::<bool>("show") {
+                    *show = true;
+                }
+            });
+        }
+        let views = world.resource::<GiViews>();
+        views.iter().map(|entry| entry.view).collect()
+    }
+
     /// Renders a scene with everything in it with every technique and view.
     pub fn make_all_pipelines(&mut self) {
         self.spawn_scene(GiVolume::new(Vec3::splat(4.0)).with_resolution(32));
         self.settle();
         for technique in self.techniques() {
             self.use_technique(technique);
-            for view in GiView::ALL {
+            for view in self.views() {
                 let world = self.app.world_mut();
                 *world.resource_mut::<GiDebugSettings>() = GiDebugSettings {
                     view,
                     show_volumes: true,
                     show_probes: true,
                     show_vpls: true,
-                    show_hints: true,
-                    show_taps: true,
-                    show_samples: true,
+                    show_picked: true,
                     ..default()
                 };
                 self.steps(3);
@@ -563,7 +576,7 @@ fn nothing_is_made_where_nothing_can_run() {
             view,
             show_probes: true,
             show_vpls: true,
-            show_hints: true,
+            show_picked: true,
             ..default()
         };
         idle.steps(3);

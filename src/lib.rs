@@ -90,7 +90,7 @@ pub mod technique;
 mod technique_plugin;
 
 pub use camera::{GatherResolution, GiCamera, PrimaryGiCamera};
-pub use debug::{GiDebugSettings, GiSlice, GiView, HintView};
+pub use debug::{GiDebugSettings, GiSlice, GiView, GiViews, ViewEntry};
 pub use gpu::{
     caps::GiSupport,
     statistics::{GiStatistics, last_frame},
@@ -114,7 +114,8 @@ pub use settings::{
 pub use technique::{
     hints::{
         HintAlbedo, HintBounce, HintDepthTest, HintDisk, HintExchange, HintOcclusion,
-        HintReconstruction, HintSampling, HintTaps, RadianceHints, RadianceHintsSettings, ShOrder,
+        HintReconstruction, HintSampling, HintTaps, HintView, RadianceHints,
+        RadianceHintsDebugSettings, RadianceHintsSettings, ShOrder,
     },
     vct::{ConeLayout, VoxelConeTracing, VoxelConeTracingSettings},
 };
@@ -125,7 +126,7 @@ pub mod prelude {
     pub use crate::{
         GiCamera, GiCaptureSettings, GiCascades, GiDebugSettings, GiHistory, GiLight,
         GiMaterialPlugin, GiPlugins, GiQuality, GiSettings, GiSky, GiTechnique, GiTechniques,
-        GiView, GiVolume, NotGiCaster, ProbeSet, RadianceHints, RadianceHintsSettings,
+        GiView, GiViews, GiVolume, NotGiCaster, ProbeSet, RadianceHints, RadianceHintsSettings,
         TechniquePlugin, VoxelConeTracing, VoxelConeTracingSettings,
     };
 }

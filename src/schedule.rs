@@ -34,7 +34,9 @@ pub enum GiSystems {
     /// Once per frame: the caches are looked up at the probes of Bevy's irradiance volumes, for
     /// forward-rendered objects.
     Export,
-    /// Per GI camera: the cache of its technique is looked up for every gathered pixel.
+    /// Per GI camera: its technique updates what it stores for this camera.
+    UpdateViewCaches,
+    /// Per GI camera: the caches of its technique are looked up for every gathered pixel.
     Gather,
     /// Per GI camera: temporal accumulation of the gathered light, then a spatial filter.
     Denoise,
@@ -53,10 +55,11 @@ pub enum GiSystems {
 #[cfg(test)]
 impl GiSystems {
     /// All of them.
-    pub(crate) const ALL: [Self; 10] = [
+    pub(crate) const ALL: [Self; 11] = [
         Self::CaptureScene,
         Self::UpdateCaches,
         Self::Export,
+        Self::UpdateViewCaches,
         Self::Gather,
         Self::Denoise,
         Self::Composite,
@@ -158,7 +161,11 @@ impl Plugin for SchedulePlugin {
             .configure_sets(
                 Core3d,
                 (
-                    (GiSystems::Gather, GiSystems::Denoise)
+                    (
+                        GiSystems::UpdateViewCaches,
+                        GiSystems::Gather,
+                        GiSystems::Denoise,
+                    )
                         .chain()
                         .after(Core3dSystems::Prepass)
                         .before(Core3dSystems::MainPass),

@@ -1,23 +1,28 @@
 //! [`TechniquePlugin`]: all that is the same for every technique.
 
-use std::marker::PhantomData;
+use std::{any::TypeId, marker::PhantomData};
 
 use bevy::{
     app::{App, Plugin},
     asset::AssetServer,
     camera::Camera,
+    core_pipeline::schedule::Core3d,
     ecs::{prelude::*, system::SystemParam},
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderStartup,
         render_resource::PipelineCache,
-        renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue},
+        renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue, ViewQuery},
+        view::{ExtractedView, ViewUniformOffset},
     },
 };
 
 use crate::{
-    apply::{export::TechniqueExportPlugin, gather::GatherPlugin},
+    apply::{
+        export::{ExportAgain, TechniqueExportPlugin, exported_technique},
+        gather::{GatherPlugin, ViewIndirect},
+    },
     camera::{ExtractedGiCamera, GiCamera},
-    debug::GiDebugSettings,
+    debug::{GiViews, Painter, ViewEntry},
     gpu::{caps::GiSupport, compute::Recorder, statistics::GiStatistics},
     scene::{
         bind_group::{LightingVersion, SceneBindGroup},
@@ -33,8 +38,11 @@ use crate::{
         GiCaptureSettings, GiHistory, GiSettings, GiTechnique, GiTechniques,
         SettingsResourcePlugin, TechniqueEntry,
     },
-    surface::depth::CameraDepth,
-    technique::{Cache, Frame, Inputs, Pipelines, Settling, Technique, possible},
+    surface::{ViewSurface, depth::CameraDepth},
+    technique::{
+        Activity, Cache, Frame, Inputs, NoCache, NoDebug, Pipelines, Settling, Technique,
+        ViewCache, ViewFrame, ViewInputs, ViewSettling, possible,
+    },
 };
 
 /// Adds a [`Technique`] to an app: cameras can use it, the inspector lists it, and its settings are a resource.
@@ -52,28 +60,56 @@ impl<T> Default for TechniquePlugin<T> {
 impl<T: Technique> Plugin for TechniquePlugin<T> {
     fn build(&self, app: &mut App) {
         let technique = GiTechnique::of::<T>();
-        let entry = TechniqueEntry {
+        let mut techniques = app.world_mut().get_resource_or_init::<GiTechniques>();
+        techniques.add(TechniqueEntry {
             technique,
             title: T::TITLE,
             device: T::DEVICE,
-            views: T::VIEWS,
-        };
-        let mut techniques = app.world_mut().get_resource_or_init::<GiTechniques>();
-        techniques.add(entry);
+            lookup: T::LOOKUP,
+        });
+        let mut views = app.world_mut().get_resource_or_init::<GiViews>();
+        for view in T::VIEWS {
+            let painter = match view.shader {
+                Some(_) => Painter::Gather,
+                None => Painter::Cells,
+            };
+            let (name, legend) = (view.view, view.legend);
+            views.add(ViewEntry::of(
+                name,
+                legend,
+                view.is_luminance,
+                painter,
+                technique,
+            ));
+        }
         app.add_plugins(SettingsResourcePlugin::<T::Settings>::of(technique));
+        if is::<T::Debug, NoDebug>() {
+            app.init_resource::<NoDebug>();
+        } else {
+            app.add_plugins(SettingsResourcePlugin::<T::Debug>::debug(Some(technique)));
+        }
         T::build(app);
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             render_app
-                .add_observer(with_volume::<T::Cache>)
+                .init_resource::<T::Debug>()
+                .add_observer(with_volume::<(T::Cache, CacheActivity<T>)>)
                 .add_systems(RenderStartup, init_pipelines::<T>.run_if(possible::<T>))
                 .add_systems(ExtractSchedule, extract_needs::<T>.in_set(NeedsKnown))
                 .add_systems(
                     Render,
-                    update_caches::<T>
+                    (
+                        (update_caches::<T>, update_view_caches::<T>),
+                        settle_views::<T>,
+                    )
+                        .chain()
                         .in_set(GiPrepare::Caches)
                         .run_if(possible::<T>),
                 )
                 .add_systems(RenderGraph, record::<T>.in_set(GiSystems::UpdateCaches));
+            if !is::<T::ViewCache, NoCache>() {
+                let record = record_view::<T>.in_set(GiSystems::UpdateViewCaches);
+                render_app.add_systems(Core3d, record);
+            }
         }
         app.add_plugins((
             GatherPlugin::<T>::default(),
@@ -81,6 +117,14 @@ impl<T: Technique> Plugin for TechniquePlugin<T> {
         ));
     }
 }
+
+fn is<A: 'static, B: 'static>() -> bool {
+    TypeId::of::<A>() == TypeId::of::<B>()
+}
+
+/// What the cache of a volume does in this frame. A component of the volume's entity.
+#[derive(Component)]
+struct CacheActivity<T: Technique>(Activity, PhantomData<T>);
 
 fn init_pipelines<T: Technique>(
     mut commands: Commands,
@@ -116,10 +160,12 @@ type VolumeData<'a, T> = (
 
 /// What all caches of a frame have in common.
 #[derive(SystemParam)]
-struct Surroundings<'w> {
+struct Surroundings<'w, T: Technique> {
+    settings: Res<'w, <T as Technique>::Settings>,
+    debug: Res<'w, <T as Technique>::Debug>,
+    pipelines: Option<Res<'w, <T as Technique>::Pipelines>>,
     gi: Res<'w, GiSettings>,
     capture: Res<'w, GiCaptureSettings>,
-    debug: Res<'w, GiDebugSettings>,
     history: Res<'w, GiHistory>,
     light_maps: Res<'w, SceneLightMaps>,
     lighting: Res<'w, LightingVersion>,
@@ -131,18 +177,16 @@ struct Surroundings<'w> {
     statistics: Res<'w, GiStatistics>,
 }
 
-impl Surroundings<'_> {
+impl<T: Technique> Surroundings<'_, T> {
     /// `None` before there are pipelines.
-    fn frame<'a, T: Technique>(
+    fn frame<'a>(
         &'a self,
-        settings: &'a T::Settings,
-        pipelines: Option<&'a T::Pipelines>,
         volume: &'a ExtractedVolume,
         voxels: Option<&'a SceneVoxels>,
         probes: Option<&'a SceneProbes>,
     ) -> Option<Frame<'a, T>> {
         Some(Frame {
-            settings,
+            settings: &self.settings,
             gi: &self.gi,
             capture: &self.capture,
             debug: &self.debug,
@@ -154,7 +198,34 @@ impl Surroundings<'_> {
             lighting: *self.lighting,
             units: &self.units,
             camera_depth: self.camera_depth.as_ref()?,
-            pipelines: pipelines?,
+            pipelines: self.pipelines.as_ref()?,
+            cache: &self.cache,
+            device: &self.device,
+            queue: &self.queue,
+            statistics: &self.statistics,
+        })
+    }
+
+    /// The same for a camera.
+    fn view_frame<'a>(
+        &'a self,
+        view: &'a ExtractedView,
+        camera: &'a ExtractedGiCamera,
+        surface: &ViewSurface,
+    ) -> Option<ViewFrame<'a, T>> {
+        Some(ViewFrame {
+            settings: &self.settings,
+            gi: &self.gi,
+            capture: &self.capture,
+            debug: &self.debug,
+            history: self.history.epoch(),
+            view,
+            camera: &camera.settings,
+            size: surface.size,
+            light_maps: &self.light_maps,
+            lighting: *self.lighting,
+            units: &self.units,
+            pipelines: self.pipelines.as_ref()?,
             cache: &self.cache,
             device: &self.device,
             queue: &self.queue,
@@ -168,25 +239,22 @@ fn update_caches<T: Technique>(
     mut commands: Commands,
     mut volumes: Query<VolumeData<T>>,
     cameras: Query<&ExtractedGiCamera>,
-    settings: Res<T::Settings>,
-    pipelines: Option<Res<T::Pipelines>>,
-    surroundings: Surroundings,
+    surroundings: Surroundings<T>,
 ) {
     let technique = GiTechnique::of::<T>();
     let wanted = cameras.iter().any(|camera| camera.technique == technique);
     for (entity, volume, voxels, probes, cache) in &mut volumes {
         let mut entity = commands.entity(entity);
-        let pipelines = pipelines.as_deref();
-        let frame = surroundings.frame::<T>(&settings, pipelines, volume, voxels, probes);
+        let frame = surroundings.frame(volume, voxels, probes);
         let Some(frame) = frame.filter(|_| wanted) else {
             if cache.is_some() {
                 // Nobody looks: the memory is given back.
-                entity.remove::<(T::Cache, Settling)>();
+                entity.remove::<(T::Cache, CacheActivity<T>)>();
             }
             continue;
         };
-        let ready = frame.pipelines.ready(frame.cache);
         let Some(mut cache) = cache else {
+            let ready = frame.pipelines.ready(frame.cache);
             if let Some(new) = ready.then(|| T::Cache::new(&frame)).flatten() {
                 entity.insert(new);
             }
@@ -196,20 +264,94 @@ fn update_caches<T: Technique>(
             match T::Cache::new(&frame) {
                 Some(new) => *cache = new,
                 None => {
-                    entity.remove::<(T::Cache, Settling)>();
+                    entity.remove::<(T::Cache, CacheActivity<T>)>();
                     continue;
                 }
             }
         }
         let activity = cache.update(&frame);
-        match activity.settling {
-            Some(settling) => entity.insert(settling),
-            None => entity.remove::<Settling>(),
-        };
+        entity.insert(CacheActivity::<T>(activity, PhantomData));
         match activity.look_again {
             true => entity.insert(LookAgain),
             false => entity.remove::<LookAgain>(),
         };
+    }
+}
+
+/// A camera that shows global illumination.
+type Showing<'a> = (&'a ExtractedView, &'a ViewSurface, &'a ExtractedGiCamera);
+
+/// What the cache of a camera does in this frame. A component of the camera's entity.
+#[derive(Component)]
+struct ViewActivity<T: Technique>(Option<Settling>, PhantomData<T>);
+
+/// Makes, updates and removes the caches of all cameras.
+fn update_view_caches<T: Technique>(
+    mut commands: Commands,
+    mut views: Query<(Entity, Option<Showing>, Option<&mut T::ViewCache>)>,
+    surroundings: Surroundings<T>,
+) {
+    let technique = GiTechnique::of::<T>();
+    for (entity, showing, cache) in &mut views {
+        let mut entity = commands.entity(entity);
+        let showing = showing.filter(|(.., camera)| camera.technique == technique);
+        let frame = showing
+            .and_then(|(view, surface, camera)| surroundings.view_frame(view, camera, surface));
+        let Some(frame) = frame else {
+            if cache.is_some() {
+                entity.remove::<(T::ViewCache, ViewActivity<T>)>();
+            }
+            continue;
+        };
+        let Some(mut cache) = cache else {
+            let ready = frame.pipelines.ready(frame.cache);
+            if let Some(new) = ready.then(|| T::ViewCache::new(&frame)).flatten() {
+                entity.insert(new);
+            }
+            continue;
+        };
+        if !cache.fits(&frame) {
+            match T::ViewCache::new(&frame) {
+                Some(new) => *cache = new,
+                None => {
+                    entity.remove::<(T::ViewCache, ViewActivity<T>)>();
+                    continue;
+                }
+            }
+        }
+        let settling = cache.update(&frame);
+        entity.insert(ViewActivity::<T>(settling, PhantomData));
+    }
+}
+
+/// Says how cameras treat their history, and which volumes are exported anew, by what the caches do.
+fn settle_views<T: Technique>(
+    mut commands: Commands,
+    volumes: Query<(Entity, &CacheActivity<T>)>,
+    views: Query<(Entity, &ExtractedGiCamera, Option<&ViewActivity<T>>)>,
+    settings: Res<GiSettings>,
+) {
+    let technique = GiTechnique::of::<T>();
+    let cameras = views.iter().map(|(_, camera, _)| camera);
+    if exported_technique(cameras, &settings) == Some(technique) {
+        for (volume, activity) in &volumes {
+            match activity.0.settling {
+                Some(_) => commands.entity(volume).insert(ExportAgain),
+                None => commands.entity(volume).remove::<ExportAgain>(),
+            };
+        }
+    }
+    let of_volumes = volumes
+        .iter()
+        .filter_map(|(_, activity)| activity.0.settling);
+    let of_volumes = of_volumes.reduce(Settling::with);
+    for (view, _, own) in views
+        .iter()
+        .filter(|(_, camera, _)| camera.technique == technique)
+    {
+        let own = own.and_then(|own| own.0);
+        let all = of_volumes.into_iter().chain(own).reduce(Settling::with);
+        commands.entity(view).insert(ViewSettling(all));
     }
 }
 
@@ -244,4 +386,41 @@ fn record<T: Technique>(
         };
         technique.record(&pipelines, inputs, &mut recorder);
     }
+}
+
+type ViewRecordData<'a, T> = (
+    &'a ViewSurface,
+    &'a ViewIndirect,
+    &'a ViewUniformOffset,
+    &'a <T as Technique>::ViewCache,
+);
+
+/// Records what the cache of a camera computes in this frame.
+fn record_view<T: Technique>(
+    view: ViewQuery<ViewRecordData<T>>,
+    scenes: Query<&SceneBindGroup>,
+    light_maps: Res<SceneLightMaps>,
+    pipelines: Option<Res<T::Pipelines>>,
+    cache: Res<PipelineCache>,
+    mut ctx: RenderContext,
+) {
+    let (surface, indirect, offset, technique) = view.into_inner();
+    let Some(pipelines) = pipelines else { return };
+    let scenes: Vec<_> = scenes
+        .iter_many(&indirect.volumes)
+        .map(|scene| &scene.0)
+        .collect();
+    let diagnostics = ctx.diagnostic_recorder();
+    let mut recorder = Recorder {
+        encoder: ctx.command_encoder(),
+        cache: &cache,
+        diagnostics: diagnostics.as_deref(),
+    };
+    let inputs = ViewInputs {
+        surface: &surface.bind_group,
+        offset: offset.offset,
+        scenes: &scenes,
+        light_maps: &light_maps,
+    };
+    technique.record(&pipelines, inputs, &mut recorder);
 }

@@ -102,7 +102,7 @@ fn spawn_help(mut commands: Commands) {
 fn keys(
     keys: Res<ButtonInput<KeyCode>>,
     mut settings: ResMut<GiSettings>,
-    techniques: Res<GiTechniques>,
+    (techniques, views): (Res<GiTechniques>, Res<GiViews>),
     mut debug: ResMut<GiDebugSettings>,
     mut help: Query<&mut Visibility, With<HelpText>>,
 ) {
@@ -117,7 +117,9 @@ fn keys(
         settings.technique = next(&all, settings.technique);
     }
     if keys.just_pressed(KeyCode::KeyV) {
-        debug.view = next(&GiView::ALL, debug.view);
+        let of_technique = views.of(settings.technique);
+        let all: Vec<_> = of_technique.map(|entry| entry.view).collect();
+        debug.view = next(&all, debug.view);
     }
     if keys.just_pressed(KeyCode::KeyB) {
         debug.show_volumes = !debug.show_volumes;
@@ -141,8 +143,7 @@ fn pick_at_cursor(
 ) {
     if keys.just_pressed(KeyCode::KeyC) {
         at_cursor.0 = !at_cursor.0;
-        debug.show_taps = at_cursor.0;
-        debug.show_samples = at_cursor.0;
+        debug.show_picked = at_cursor.0;
     }
     let cursor = windows.iter().find_map(Window::cursor_position);
     let (Some(cursor), true) = (cursor, at_cursor.0) else {
@@ -183,23 +184,22 @@ fn preset_key(world: &mut World) {
     registry.apply_preset(world, next(&names, current.unwrap_or("ultra")));
 }
 
-#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn update_help(
-    settings: Res<GiSettings>,
-    debug: Res<GiDebugSettings>,
-    support: Res<GiSupport>,
-    truth: Option<Res<TruthState>>,
-    time: Res<Time<Real>>,
-    help: Res<Help>,
-    mut text: Query<&mut Text, With<HelpText>>,
+    world: &mut World,
+    texts: &mut QueryState<&mut Text, With<HelpText>>,
     mut smooth: Local<f32>,
 ) {
+    let settings = world.resource::<GiSettings>();
+    let debug = world.resource::<GiDebugSettings>();
+    let support = world.resource::<GiSupport>();
+    let truth = world.get_resource::<TruthState>();
+    let time = world.resource::<Time<Real>>();
     *smooth += (time.delta_secs() - *smooth) * 0.1;
     let off = match support.technique(settings.technique) {
         Some(why) => format!("\n{why}"),
         None => String::new(),
     };
-    let (technique, hold) = match truth.as_deref() {
+    let (technique, hold) = match truth {
         None => (settings.technique.name().into(), ""),
         Some(TruthState { samples }) => {
             let name = settings.technique.name().into();
@@ -210,20 +210,24 @@ fn update_help(
             )
         }
     };
-    let hints = match debug.show_hints || debug.only_hint_view {
-        true => format!("\nhints: {}", debug.hint_view.legend()),
-        false => String::new(),
-    };
-    for mut text in &mut text {
-        text.0 = format!(
-            "{:.1} ms   technique: {technique}   view: {}{off}\n{}{hints}\n\
+    let registry = world.resource::<GiSettingsRegistry>();
+    let legends = registry.debug(settings.technique);
+    let legends: String = legends
+        .filter_map(|entry| entry.legend(world))
+        .map(|legend| format!("\n{legend}"))
+        .collect();
+    let view = world.resource::<GiViews>().get(debug.view);
+    let shown = format!(
+        "{:.1} ms   technique: {technique}   view: {}{off}\n{}{legends}\n\
              F1: inspector   G: GI on/off   T: technique   V: view   B: volumes and probes\n\
-             P: quality preset   C: taps and samples of hints at the cursor   H: this help{hold}\n\
+             P: quality preset   C: what lights the surface at the cursor   H: this help{hold}\n\
              WASD, E, Q: fly   Shift: faster   right mouse button: look\n{}",
-            *smooth * 1000.0,
-            debug.view.name(),
-            debug.view.legend(),
-            help.0,
-        );
+        *smooth * 1000.0,
+        view.view,
+        view.legend,
+        world.resource::<Help>().0,
+    );
+    for mut text in texts.iter_mut(world) {
+        text.0.clone_from(&shown);
     }
 }

@@ -16,8 +16,8 @@ use bevy::{
     winit::WinitPlugin,
 };
 use bevy_gi::{
-    GiSettingsRegistry, GiTechniques, ParametersKind, SettingsEntry, inspector::values_from_ron,
-    prelude::*, reference::ReferenceSettings,
+    GiSettingsRegistry, GiTechniques, ParametersKind, SettingsEntry, ViewEntry,
+    inspector::values_from_ron, prelude::*, reference::ReferenceSettings,
 };
 use serde::de::DeserializeSeed;
 
@@ -119,11 +119,11 @@ pub fn chosen_techniques(world: &World, named: &[GiTechnique]) -> Result<Vec<GiT
     })
 }
 
-pub fn view(name: &str) -> Result<GiView, String> {
-    GiView::from_name(name).ok_or_else(|| {
-        let names = GiView::ALL.map(GiView::name).join(", ");
-        format!("no such view; there are: {names}")
-    })
+/// A debug view of the plugin or of one of its techniques.
+pub fn view(name: &str) -> Result<ViewEntry, String> {
+    let app = app_without_gpu();
+    let views = app.world().resource::<GiViews>();
+    views.find(name).map(|view| *views.get(view))
 }
 
 /// A number in a range.
@@ -259,8 +259,8 @@ pub fn list() {
     let techniques = app.world().resource::<GiTechniques>();
     println!("techniques: {}", technique_names(techniques));
     println!("views:");
-    for view in GiView::ALL {
-        println!("  {:14} {}", view.name(), view.legend());
+    for entry in app.world().resource::<GiViews>().iter() {
+        println!("  {:17} {}", entry.view, entry.legend);
     }
     println!("bundled scenes:");
     for scene in scenes::ALL {

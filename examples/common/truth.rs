@@ -82,7 +82,8 @@ fn show(world: &mut World, mut shown: Local<Option<Shown>>) {
     world.resource_mut::<TruthState>().samples = Some(samples);
     let Some(latest) = latest else { return };
     let view = world.resource::<GiDebugSettings>().view;
-    let settings = OverlaySettings::left(if view.is_luminance() { exposure } else { 1.0 });
+    let is_luminance = world.resource::<GiViews>().get(view).is_luminance;
+    let settings = OverlaySettings::left(if is_luminance { exposure } else { 1.0 });
     let seen = shown.get_or_insert_with(|| {
         let image = overlay::texture(&latest.picture);
         let image = world.resource_mut::<Assets<Image>>().add(image);

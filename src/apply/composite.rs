@@ -26,7 +26,7 @@ use super::{
 };
 use crate::{
     camera::ExtractedGiCamera,
-    debug::{GiDebugSettings, GiView, Painter},
+    debug::{GATHERED, GiView, Painter, ShownView},
     gpu::{
         caps::supported,
         fullscreen::camera_pass,
@@ -161,11 +161,20 @@ type CompositeData = (
     Has<ViewComposite>,
 );
 
+/// What the shader writes. What a technique has gathered for a view of its own is shown as it is.
+fn mode(shown: &ShownView) -> u32 {
+    match (shown.painter(), shown.entry().is_luminance) {
+        (Painter::Gather, true) => GiView::Irradiance.number(),
+        (Painter::Gather, false) => GATHERED,
+        _ => shown.view().number(),
+    }
+}
+
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 fn prepare_composite(
     mut commands: Commands,
     views: Query<CompositeData>,
-    debug: Res<GiDebugSettings>,
+    shown: ShownView,
     pipeline: Option<Res<CompositePipeline>>,
     mut pipelines: ResMut<SpecializedRenderPipelines<CompositePipeline>>,
     cache: Res<PipelineCache>,
@@ -184,7 +193,7 @@ fn prepare_composite(
         let mut uniform = UniformBuffer::from(GpuComposite {
             size: indirect.size,
             divisor: indirect.divisor,
-            mode: debug.view as u32,
+            mode: mode(&shown),
             strength: camera.settings.strength,
             ssao: ssao.is_some().into(),
             history_frames: camera.settings.history_frames,
@@ -209,7 +218,7 @@ fn prepare_composite(
             .with("surface_texture", &**surface)
             .with("ssao_texture", ssao)
             .build();
-        let key = (view.target_format, debug.view != GiView::Full);
+        let key = (view.target_format, shown.view() != GiView::Full);
         commands.entity(entity).insert(ViewComposite {
             bind_group,
             pipeline: pipelines.specialize(&cache, &pipeline, key),
@@ -225,7 +234,7 @@ fn composite(
         &ViewComposite,
         &ViewUniformOffset,
     )>,
-    debug: Res<GiDebugSettings>,
+    shown: ShownView,
     cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
@@ -233,7 +242,7 @@ fn composite(
     let Some(pipeline) = cache.get_render_pipeline(composite.pipeline) else {
         return;
     };
-    if debug.view.painter() != Painter::Composite {
+    if !matches!(shown.painter(), Painter::Composite | Painter::Gather) {
         return;
     }
     let color = target.get_color_attachment();

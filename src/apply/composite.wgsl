@@ -134,6 +134,7 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
         case #{VIEW_DIFFUSE}u: { color = diffuse; }
         case #{VIEW_SPECULAR}u: { color = specular; }
         case #{VIEW_IRRADIANCE}u: { color = light.diffuse * view.exposure; }
+        case #{VIEW_GATHERED}u: { color = light.diffuse; }
         case #{VIEW_ALBEDO}u: { color = diffuse_albedo(surface); }
         case #{VIEW_NORMAL}u: { color = surface.normal * 0.5 + 0.5; }
         case #{VIEW_ROUGHNESS}u: { color = vec3(surface.roughness); }

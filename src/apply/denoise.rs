@@ -31,7 +31,7 @@ use crate::{
     },
     schedule::{GiPrepare, GiSystems},
     surface::{ViewSurface, surface_layout},
-    technique::Settling,
+    technique::ViewSettling,
 };
 
 /// Uniform of the filter.
@@ -117,13 +117,13 @@ type ViewLight = (
     &'static ViewIndirect,
     &'static ViewHistory,
     &'static ExtractedGiCamera,
+    Option<&'static ViewSettling>,
 );
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn prepare_denoise(
     mut commands: Commands,
     views: Query<(Entity, Option<ViewLight>, Has<ViewDenoised>)>,
-    settling: Query<&Settling>,
     pipeline: Option<Res<DenoisePipeline>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
@@ -131,21 +131,20 @@ pub(crate) fn prepare_denoise(
 ) {
     let Some(pipeline) = pipeline else { return };
     for (entity, light, denoised) in &views {
-        let filtered =
-            |(.., camera): &(_, _, &ExtractedGiCamera)| camera.settings.denoise_radius > 0;
-        let Some((indirect, history, camera)) = light.filter(filtered) else {
+        let light = light.filter(|(_, _, camera, _)| camera.settings.denoise_radius > 0);
+        let Some((indirect, history, camera, settling)) = light else {
             if denoised {
                 commands.entity(entity).remove::<ViewDenoised>();
             }
             continue;
         };
+        let settling = settling.and_then(|settling| settling.0);
         let targets = indirect.result().clone();
         let mut uniform = UniformBuffer::from(GpuDenoise {
             size: indirect.size,
             full_size: indirect.full_size,
             divisor: indirect.divisor,
-            radius: camera.settings.denoise_radius
-                + settling.iter().map(|s| s.blur).max().unwrap_or(0),
+            radius: camera.settings.denoise_radius + settling.map_or(0, |settling| settling.blur),
         });
         uniform.write_buffer(&device, &queue);
         let [diffuse, specular, surface] = history.result();

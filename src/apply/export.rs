@@ -59,7 +59,7 @@ use crate::{
     schedule::{GiPrepare, GiSystems},
     settings::{GiSettings, GiTechnique},
     surface::ViewSurface,
-    technique::{Cache, LookupShader, Settling, Technique, possible},
+    technique::{Cache, LookupShader, Technique, possible},
 };
 
 /// Voxels between probes.
@@ -407,11 +407,28 @@ impl ExportCubes {
     }
 }
 
+/// The light of a volume changes: its probes are exported again. A component of its entity.
+#[derive(Component)]
+pub(crate) struct ExportAgain;
+
+/// The technique that lights forward-rendered objects. Irradiance volumes are the same for all cameras: where
+/// techniques differ, the general one.
+pub(crate) fn exported_technique<'a>(
+    cameras: impl IntoIterator<Item = &'a ExtractedGiCamera>,
+    settings: &GiSettings,
+) -> Option<GiTechnique> {
+    cameras
+        .into_iter()
+        .map(|camera| camera.technique)
+        .filter(|technique| !technique.is_off())
+        .max_by_key(|technique| *technique == settings.technique)
+}
+
 type ExportData = (
     Entity,
     &'static ExtractedVolume,
     &'static ExtractedExport,
-    Has<Settling>,
+    Has<ExportAgain>,
     Option<&'static mut ExportCubes>,
 );
 
@@ -426,21 +443,16 @@ fn prepare_exports(
     queue: Res<RenderQueue>,
     statistics: Res<GiStatistics>,
 ) {
-    // Irradiance volumes are the same for all cameras: where techniques differ, the general one.
-    let technique = cameras
-        .iter()
-        .map(|camera| camera.technique)
-        .filter(|technique| !technique.is_off())
-        .max_by_key(|technique| *technique == settings.technique);
+    let technique = exported_technique(&cameras, &settings);
     let mut probes = 0;
-    for (entity, volume, export, settling, cubes) in &mut volumes {
+    for (entity, volume, export, again, cubes) in &mut volumes {
         probes += u64::from(export.probes.element_product());
         let Some(mut cubes) = cubes.filter(|cubes| cubes.probes == export.probes) else {
             let new = ExportCubes::new(export.probes, volume.grid, &device, &statistics);
             commands.entity(entity).insert(new);
             continue;
         };
-        if settling || cubes.grid != volume.grid {
+        if again || cubes.grid != volume.grid {
             cubes.grid = volume.grid;
             cubes.left = PARTS;
         }
@@ -552,11 +564,14 @@ fn init_export_pass<T: Technique>(
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
 ) {
-    let LookupShader {
+    let Some(LookupShader {
         shader,
         entry,
         defs,
-    } = T::export(&server);
+    }) = T::export(&server)
+    else {
+        return;
+    };
     let pass = ComputePass::new(
         &cache,
         pass_name(T::NAME, "export"),

@@ -21,6 +21,7 @@ use bevy::{
 
 use crate::{
     camera::ExtractedGiCamera,
+    debug::{GiView, Painter, ShownView},
     gpu::{
         caps::supported,
         compute::{ComputePass, Dispatch, Recorder, block, pass_name},
@@ -33,9 +34,9 @@ use crate::{
         volume::ExtractedVolume,
     },
     schedule::{GiPrepare, GiSystems},
-    settings::{GiHistory, GiSettings, GiTechnique},
+    settings::{GiHistory, GiSettings, GiTechnique, Lookup},
     surface::{ViewSurface, surface_layout},
-    technique::{Cache, LookupShader, Technique, possible},
+    technique::{Cache, LookupShader, Technique, ViewCache, possible},
 };
 
 /// Volumes that light one camera at most: each is a pass over its picture. Those that the camera does not see do
@@ -50,6 +51,26 @@ pub(crate) struct GpuBox {
     fade: f32,
     max: Vec3,
     pad: f32,
+}
+
+impl GpuBox {
+    /// Everything.
+    const ALL: Self = Self {
+        min: Vec3::splat(-1e30),
+        fade: 0.0,
+        max: Vec3::splat(1e30),
+        pad: 0.0,
+    };
+
+    fn new(volume: &ExtractedVolume) -> Self {
+        let extent = volume.grid.size();
+        Self {
+            min: volume.grid.origin,
+            max: volume.grid.origin + extent,
+            fade: volume.fade * extent.min_element(),
+            pad: 0.0,
+        }
+    }
 }
 
 /// Uniform of the gather.
@@ -87,9 +108,13 @@ pub(crate) struct ViewIndirect {
     /// Nits of a unit.
     pub unit: f32,
     epoch: u32,
+    /// What a technique's own shader gathers in place of its light, if such a view is shown.
+    view: Option<GiView>,
+    /// The volumes that the camera sees, the finest first.
+    pub volumes: Vec<Entity>,
     /// Diffuse and specular; volumes after the first read one pair and write the other.
     targets: [[Tracked<TextureView>; 2]; 2],
-    /// One pass a volume: its entity, and group 3.
+    /// The passes: the volume, and group 3. One a volume, or one in all, see [`Lookup`].
     passes: Vec<(Entity, BindGroup)>,
 }
 
@@ -213,7 +238,7 @@ pub(super) fn prepare_view_indirect(
     mut views: Query<ViewData>,
     volumes: Query<(Entity, &ExtractedVolume)>,
     settings: Res<GiSettings>,
-    (history, units): (Res<GiHistory>, Res<LightUnits>),
+    (history, units, shown): (Res<GiHistory>, Res<LightUnits>, ShownView),
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
@@ -237,10 +262,19 @@ pub(super) fn prepare_view_indirect(
         let fits = |old: &ViewIndirect| {
             old.size == size && old.full_size == surface.size && old.divisor == divisor
         };
+        let own = *shown.entry();
+        let own = (own.painter == Painter::Gather && own.technique == Some(camera.technique))
+            .then_some(own);
+        let own_view = own.map(|own| own.view);
+        // Plain numbers have no unit.
+        let unit = match own {
+            Some(own) if !own.is_luminance => 1.0,
+            _ => units.light(),
+        };
         let (targets, frame) = match indirect.as_deref() {
             Some(old) if fits(old) => (
                 old.targets.clone(),
-                if old.epoch == history.epoch() && !camera.settings.reset {
+                if old.epoch == history.epoch() && old.view == own_view && !camera.settings.reset {
                     old.frame.wrapping_add(1)
                 } else {
                     0
@@ -255,11 +289,21 @@ pub(super) fn prepare_view_indirect(
                 (targets, 0)
             }
         };
-        let passes = seen_volumes(view, &sorted, &statistics)
+        let seen = seen_volumes(view, &sorted, &statistics);
+        let boxes = seen
+            .iter()
+            .map(|(entity, volume)| (*entity, GpuBox::new(volume)));
+        let boxes: Vec<_> = match camera.lookup {
+            Lookup::PerVolume => boxes.collect(),
+            Lookup::PerView => boxes
+                .map(|(entity, _)| (entity, GpuBox::ALL))
+                .take(1)
+                .collect(),
+        };
+        let passes = boxes
             .into_iter()
             .enumerate()
-            .map(|(i, (entity, volume))| {
-                let extent = volume.grid.size();
+            .map(|(i, (entity, volume_box))| {
                 let mut uniform = UniformBuffer::from(GpuGather {
                     size,
                     full_size: surface.size,
@@ -267,13 +311,8 @@ pub(super) fn prepare_view_indirect(
                     frame,
                     with_sky: settings.replace_ambient.into(),
                     first: (i == 0).into(),
-                    volume_box: GpuBox {
-                        min: volume.grid.origin,
-                        max: volume.grid.origin + extent,
-                        fade: volume.fade * extent.min_element(),
-                        pad: 0.0,
-                    },
-                    unit: units.light(),
+                    volume_box,
+                    unit,
                 });
                 uniform.write_buffer(&device, &queue);
                 let [to, from] = [&targets[i % 2], &targets[1 - i % 2]];
@@ -293,8 +332,10 @@ pub(super) fn prepare_view_indirect(
             full_size: surface.size,
             divisor,
             frame,
-            unit: units.light(),
+            unit,
             epoch: history.epoch(),
+            view: own_view,
+            volumes: seen.iter().map(|(entity, _)| *entity).collect(),
             targets,
             passes,
         });
@@ -316,66 +357,81 @@ impl<T: Technique> Plugin for GatherPlugin<T> {
             return;
         };
         render_app
-            .add_systems(
-                RenderStartup,
-                init_gather_pipeline::<T>.run_if(possible::<T>),
-            )
+            .add_systems(RenderStartup, init_gather_passes::<T>.run_if(possible::<T>))
             .add_systems(Core3d, gather::<T>.in_set(GiSystems::Gather));
     }
 }
 
+/// The gather of a technique.
 #[derive(Resource)]
-struct GatherPipeline<T: Technique>(ComputePass, PhantomData<T>);
+struct GatherPasses<T: Technique> {
+    light: ComputePass,
+    /// What runs in its place for a view.
+    views: Vec<(GiView, ComputePass)>,
+    marker: PhantomData<T>,
+}
 
-fn init_gather_pipeline<T: Technique>(
+fn init_gather_passes<T: Technique>(
     mut commands: Commands,
     server: Res<AssetServer>,
     cache: Res<PipelineCache>,
 ) {
-    let LookupShader {
-        shader,
-        entry,
-        defs,
-    } = T::gather(&server);
-    let pass = ComputePass::new(
-        &cache,
-        pass_name(T::NAME, "gather"),
-        block::TILE,
-        &[
-            &surface_layout(),
-            &scene_layout(),
-            &T::cache_layout(),
-            &gather_layout(),
-        ],
-        shader,
-        entry,
-        defs,
-    );
-    commands.insert_resource(GatherPipeline::<T>(pass, PhantomData));
+    let layouts = [
+        &surface_layout(),
+        &scene_layout(),
+        &T::cache_layout(),
+        &gather_layout(),
+    ];
+    let pass = |name, lookup: LookupShader| {
+        let LookupShader {
+            shader,
+            entry,
+            defs,
+        } = lookup;
+        let name = pass_name(T::NAME, name);
+        ComputePass::new(&cache, name, block::TILE, &layouts, shader, entry, defs)
+    };
+    let views = T::VIEWS
+        .iter()
+        .filter_map(|own| Some((own.view, pass("show", own.shader?(&server)))));
+    commands.insert_resource(GatherPasses::<T> {
+        light: pass("gather", T::gather(&server)),
+        views: views.collect(),
+        marker: PhantomData,
+    });
 }
 
 fn gather<T: Technique>(
-    view: ViewQuery<(&ViewSurface, &ViewIndirect, &ViewUniformOffset)>,
-    volumes: Query<(&T::Cache, &SceneBindGroup)>,
-    pipeline: Option<Res<GatherPipeline<T>>>,
+    view: ViewQuery<(
+        &ViewSurface,
+        &ViewIndirect,
+        &ViewUniformOffset,
+        Option<&T::ViewCache>,
+    )>,
+    volumes: Query<(Option<&T::Cache>, &SceneBindGroup)>,
+    passes: Option<Res<GatherPasses<T>>>,
     cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let (surface, indirect, offset) = view.into_inner();
-    let Some(pipeline) = pipeline else { return };
+    let (surface, indirect, offset, own) = view.into_inner();
+    let Some(passes) = passes else { return };
     if surface.technique != GiTechnique::of::<T>() {
         return;
     }
+    let shown = passes
+        .views
+        .iter()
+        .find(|(view, _)| indirect.view == Some(*view));
+    let pass = shown.map_or(&passes.light, |(_, pass)| pass);
     let runs = indirect.passes.iter().filter_map(|(volume, group)| {
-        let (technique, scene) = volumes.get(*volume).ok()?;
+        let (cache, scene) = volumes.get(*volume).ok()?;
+        let lookup = match T::LOOKUP {
+            Lookup::PerVolume => cache?.bind_group(),
+            Lookup::PerView => own?.bind_group(),
+        };
         Some((
             Dispatch::Threads(indirect.size.extend(1)),
-            [
-                &surface.bind_group,
-                &scene.0,
-                technique.bind_group()?,
-                group,
-            ],
+            [&surface.bind_group, &scene.0, lookup?, group],
         ))
     });
     let diagnostics = ctx.diagnostic_recorder();
@@ -384,5 +440,5 @@ fn gather<T: Technique>(
         cache: &cache,
         diagnostics: diagnostics.as_deref(),
     }
-    .run_all(&pipeline.0, Some(offset.offset), runs);
+    .run_all(pass, Some(offset.offset), runs);
 }

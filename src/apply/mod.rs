@@ -18,7 +18,7 @@ use bevy::{
     render::RenderApp,
 };
 
-use crate::debug::{DebugPlugin, GiDebugSettings};
+use crate::debug::{DebugPlugin, GiDebugSettings, GiViews};
 
 /// From the light of a technique to the picture: gather, accumulation, filter and composite, and the export for
 /// forward-rendered objects.
@@ -28,9 +28,12 @@ pub struct ApplyPlugin;
 impl Plugin for ApplyPlugin {
     fn build(&self, app: &mut App) {
         // Of an app that leaves the debug views out, too.
-        app.init_resource::<GiDebugSettings>();
+        app.init_resource::<GiDebugSettings>()
+            .init_resource::<GiViews>();
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
-            render_app.init_resource::<GiDebugSettings>();
+            render_app
+                .init_resource::<GiDebugSettings>()
+                .init_resource::<GiViews>();
         }
         app.add_plugins((
             gather::ViewIndirectPlugin,

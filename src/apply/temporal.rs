@@ -25,7 +25,7 @@ use crate::{
     },
     schedule::{GiPrepare, GiSystems},
     surface::{ViewSurface, surface_layout},
-    technique::Settling,
+    technique::ViewSettling,
 };
 
 /// Uniform of the accumulation.
@@ -117,13 +117,16 @@ fn init_temporal_pipeline(
     commands.insert_resource(TemporalPipeline { layout, pass });
 }
 
-type ViewLight = (&'static ViewIndirect, &'static ExtractedGiCamera);
+type ViewLight = (
+    &'static ViewIndirect,
+    &'static ExtractedGiCamera,
+    Option<&'static ViewSettling>,
+);
 
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn prepare_history(
     mut commands: Commands,
     views: Query<(Entity, Option<ViewLight>, Option<&ViewHistory>)>,
-    settling: Query<&Settling>,
     pipeline: Option<Res<TemporalPipeline>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
@@ -132,7 +135,7 @@ pub(crate) fn prepare_history(
 ) {
     let Some(pipeline) = pipeline else { return };
     for (entity, indirect, history) in &views {
-        let Some((indirect, camera)) = indirect else {
+        let Some((indirect, camera, settling)) = indirect else {
             if history.is_some() {
                 commands.entity(entity).remove::<ViewHistory>();
             }
@@ -150,10 +153,11 @@ pub(crate) fn prepare_history(
                 ([names.map(texture), names.map(texture)], 0)
             }
         };
-        let most = settling.iter().map(|s| s.history_frames).min();
+        let most = settling.and_then(|settling| settling.0);
+        let most = most.map_or(u32::MAX, |settling| settling.history_frames);
         let history_frames = match indirect.frame {
             0 => 1,
-            _ => camera.settings.history_frames.min(most.unwrap_or(u32::MAX)),
+            _ => camera.settings.history_frames.min(most),
         };
         let mut uniform = UniformBuffer::from(GpuTemporal {
             size: indirect.size,

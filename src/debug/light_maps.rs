@@ -15,7 +15,7 @@ use bevy::{
     },
 };
 
-use super::{GiDebugSettings, GiView, Painter, fill::FillPass};
+use super::{GiDebugSettings, GiView, Painter, ShownView, fill::FillPass, paints};
 use crate::{
     gpu::{
         caps::supported,
@@ -113,9 +113,7 @@ impl Plugin for LightMapsViewPlugin {
             .add_systems(
                 Core3d,
                 draw.in_set(GiSystems::ShowDebug)
-                    .run_if(|debug: Res<GiDebugSettings>| {
-                        debug.view.painter() == Painter::LightMaps
-                    }),
+                    .run_if(paints(Painter::LightMaps)),
             );
     }
 }
@@ -153,11 +151,11 @@ type View<'a> = (
 );
 
 /// Has the lights captured as the view wants it, whatever the technique needs.
-fn extract_needs(debug: Extract<Res<GiDebugSettings>>, mut needs: ResMut<SceneNeeds>) {
-    if debug.view.painter() == Painter::LightMaps {
+fn extract_needs(shown: Extract<ShownView>, mut needs: ResMut<SceneNeeds>) {
+    if shown.painter() == Painter::LightMaps {
         needs.add(SceneNeeds {
-            shadows: debug.view == GiView::ShadowMaps,
-            rsm: debug.view != GiView::ShadowMaps,
+            shadows: shown.view() == GiView::ShadowMaps,
+            rsm: shown.view() != GiView::ShadowMaps,
             ..Default::default()
         });
     }
@@ -199,7 +197,7 @@ fn draw(
     };
     let mut uniform = UniformBuffer::from(GpuTiles {
         count,
-        content: debug.view as u32,
+        content: debug.view.number(),
         marks: marks.iter().next().map_or(0, |marks| marks.count),
     });
     uniform.write_buffer(&device, &queue);

@@ -22,12 +22,15 @@ use bevy::{
     math::Vec3,
     pbr::check_views_need_specialization,
     reflect::prelude::*,
-    render::{Render, RenderApp, RenderSystems, extract_resource::ExtractResource},
+    render::{
+        Render, RenderApp, RenderSystems,
+        extract_resource::{ExtractResource, ExtractResourcePlugin},
+    },
 };
 use serde::{Deserialize, Serialize};
 
-pub(crate) use view::Painter;
-pub use view::{GiSlice, GiView, HintView};
+pub(crate) use view::{GATHERED, Painter, ShownView, paints};
+pub use view::{GiSlice, GiView, GiViews, ViewEntry};
 
 use crate::{
     camera::ExtractedGiCamera,
@@ -60,22 +63,9 @@ pub struct GiDebugSettings {
     /// Draws the virtual point lights of the reflective shadow maps, as small spheres that show the light that
     /// their patch of surface reflects. Default `false`.
     pub show_vpls: bool,
-    /// Draws the hints of [radiance hints](crate::technique::hints) at their positions, as spheres that show
-    /// the light from all sides. With a [`slice`](Self::slice), only the hints of one layer. Default `false`.
-    pub show_hints: bool,
-    /// What the spheres of hints show. Default [`HintView::Light`], all light.
-    pub hint_view: HintView,
-    /// Restricts the indirect light in the picture to the component that [`hint_view`](Self::hint_view)
-    /// selects: a single bounce, emission or, with
-    /// [`GiSettings::replace_ambient`](crate::GiSettings::replace_ambient), the sky. Has no effect if that is
-    /// not a component of the light. Default `false`.
-    pub only_hint_view: bool,
-    /// Draws the picked point, the hint that lights it most, and the taps above it at which
-    /// [`HintReconstruction::Taps`](crate::HintReconstruction) samples the hints. Default `false`.
-    pub show_taps: bool,
-    /// Marks, in views of reflective shadow maps, the samples of the picked hint and the disk that contains
-    /// them, if there is one. Default `false`.
-    pub show_samples: bool,
+    /// Shows what lights the picked point, if the technique has something to show: spheres in the picture, and
+    /// marks in views of light maps. Default `false`.
+    pub show_picked: bool,
     /// Start of the ray that picks a surface, which is the first voxel on the ray. Metres, each
     /// -1000000..=1000000, default 0.
     pub pick_from: Vec3,
@@ -108,11 +98,12 @@ impl Plugin for DebugPlugin {
                 show_plain_values
                     .after(RenderSystems::ExtractCommands)
                     .before(check_views_need_specialization)
-                    .run_if(|debug: Res<GiDebugSettings>| !debug.view.is_luminance()),
+                    .run_if(|shown: ShownView| !shown.entry().is_luminance),
             );
         }
         app.add_plugins((
-            SettingsResourcePlugin::<GiDebugSettings>::default(),
+            SettingsResourcePlugin::<GiDebugSettings>::debug(None),
+            ExtractResourcePlugin::<GiViews>::default(),
             gizmos::VolumeGizmosPlugin,
             shapes::ShapesPlugin,
             light_maps::LightMapsViewPlugin,
@@ -146,10 +137,11 @@ mod tests {
     #[test]
     fn names_of_views_are_theirs_alone() {
         for view in GiView::ALL {
-            assert_eq!(GiView::from_name(view.name()), Some(view));
-            assert!(!view.legend().is_empty());
+            let views = GiViews::default();
+            assert_eq!(views.find(view.name()), Ok(view));
+            assert!(!views.get(view).legend.is_empty());
         }
-        let numbers = GiView::ALL.map(|view| view as u32);
+        let numbers = GiView::ALL.map(GiView::number);
         assert!(numbers.iter().copied().eq(0..GiView::ALL.len() as u32));
     }
 }

@@ -15,7 +15,7 @@ use bevy::{
     },
 };
 
-use super::{GiDebugSettings, Painter};
+use super::{Painter, ShownView, paints};
 use crate::{
     gpu::{
         caps::supported,
@@ -55,7 +55,7 @@ impl Plugin for OpacityViewPlugin {
             .add_systems(
                 Core3d,
                 draw.in_set(GiSystems::ShowDebug)
-                    .run_if(|debug: Res<GiDebugSettings>| debug.view.painter() == Painter::Opacity),
+                    .run_if(paints(Painter::Opacity)),
             );
     }
 }
@@ -74,8 +74,8 @@ fn init_pass(mut commands: Commands, server: Res<AssetServer>, fullscreen: Res<F
 }
 
 /// Has the opacity built, whatever the technique needs.
-fn extract_needs(debug: Extract<Res<GiDebugSettings>>, mut needs: ResMut<SceneNeeds>) {
-    if debug.view.painter() == Painter::Opacity {
+fn extract_needs(shown: Extract<ShownView>, mut needs: ResMut<SceneNeeds>) {
+    if shown.painter() == Painter::Opacity {
         needs.add(SceneNeeds {
             voxels: true,
             opacity: true,

@@ -17,7 +17,7 @@ use bevy::{
     shader::{Shader, load_shader_library},
 };
 
-use super::{GiDebugSettings, Painter, fill::FillPass, light_maps::DebugMarks};
+use super::{Painter, ShownView, fill::FillPass, light_maps::DebugMarks};
 use crate::{
     gpu::{
         caps::supported,
@@ -143,8 +143,8 @@ impl Plugin for ShapesPlugin {
                     .in_set(GiSystems::ShowDebug)
                     .run_if(any_with_component::<DebugShapes>)
                     // Other painters cover the scene, and its depth.
-                    .run_if(|debug: Res<GiDebugSettings>| {
-                        matches!(debug.view.painter(), Painter::Bevy | Painter::Composite)
+                    .run_if(|shown: ShownView| {
+                        matches!(shown.painter(), Painter::Bevy | Painter::Composite)
                     }),
             );
     }

@@ -1,67 +1,88 @@
-//! [`GiView`]: what a debug view shows.
+//! [`GiView`]: a debug view by its name; [`GiViews`]: all that an app has.
 
-use bevy::{reflect::prelude::*, shader::ShaderDefVal};
+use bevy::{
+    ecs::{prelude::*, system::SystemParam},
+    reflect::prelude::*,
+    render::extract_resource::ExtractResource,
+    shader::ShaderDefVal,
+};
 use serde::{Deserialize, Serialize};
 
-/// What GI cameras show. Views named *unexposed* show plain numbers, without exposure and tone mapping.
-#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
-#[repr(u32)]
-pub enum GiView {
+use super::GiDebugSettings;
+use crate::settings::{
+    GiTechnique,
+    name::{interned, name_type},
+};
+
+/// Name of a debug view: what GI cameras show. [`GiViews`] lists those that an app has. Views named *unexposed*
+/// show plain numbers, without exposure and tone mapping. Serialized as the name.
+#[derive(Reflect, Clone, Copy, PartialEq, Eq, Hash)]
+#[reflect(opaque)]
+#[reflect(Default, Clone, Debug, Hash, PartialEq, Serialize, Deserialize)]
+pub struct GiView(&'static str);
+
+name_type!(GiView);
+
+impl Default for GiView {
+    fn default() -> Self {
+        Self::Full
+    }
+}
+
+/// The views that every technique has.
+#[allow(
+    non_upper_case_globals,
+    reason = "they read like the variants of an enum"
+)]
+impl GiView {
     /// The picture.
-    #[default]
-    Full,
+    pub const Full: Self = Self::new("full");
     /// The picture without indirect light, as with the technique off.
-    Direct,
+    pub const Direct: Self = Self::new("direct");
     /// Indirect light alone, diffuse and specular.
-    Indirect,
+    pub const Indirect: Self = Self::new("indirect");
     /// Diffuse indirect light.
-    Diffuse,
+    pub const Diffuse: Self = Self::new("diffuse");
     /// Specular indirect light.
-    Specular,
+    pub const Specular: Self = Self::new("specular");
     /// Diffuse indirect light before it is multiplied by the albedo: `E / pi`.
-    Irradiance,
+    pub const Irradiance: Self = Self::new("irradiance");
     /// Diffuse albedo, unexposed.
-    Albedo,
+    pub const Albedo: Self = Self::new("albedo");
     /// Shading normal in world space, `n / 2 + 1/2`, unexposed.
-    Normal,
+    pub const Normal: Self = Self::new("normal");
     /// Perceptual roughness, unexposed.
-    Roughness,
+    pub const Roughness: Self = Self::new("roughness");
     /// Factor of the material's occlusion and Bevy's SSAO on diffuse indirect light, unexposed.
-    Occlusion,
+    pub const Occlusion: Self = Self::new("occlusion");
     /// Screen-space motion since the last frame, unexposed.
-    Motion,
+    pub const Motion: Self = Self::new("motion");
     /// Number of frames accumulated in the indirect light of each pixel, unexposed.
-    History,
+    pub const History: Self = Self::new("history");
     /// Which pixels are gathered, and how well the gathered pixels around every other pixel represent it,
     /// unexposed.
-    Gather,
+    pub const Gather: Self = Self::new("gather");
     /// Weight with which volumes light each pixel, unexposed.
-    Coverage,
+    pub const Coverage: Self = Self::new("coverage");
     /// Albedo of voxels, unexposed.
-    VoxelAlbedo,
+    pub const VoxelAlbedo: Self = Self::new("voxel-albedo");
     /// Normal of voxels, `n / 2 + 1/2`, unexposed.
-    VoxelNormal,
+    pub const VoxelNormal: Self = Self::new("voxel-normal");
     /// Emission of voxels.
-    VoxelEmission,
-    /// Radiance of cells of voxels towards the viewer. Only for techniques that store it: voxel cone tracing.
-    VoxelRadiance,
-    /// Opacity of cells of voxels along the view direction, unexposed. Only for techniques that store it: voxel
-    /// cone tracing.
-    VoxelOpacity,
+    pub const VoxelEmission: Self = Self::new("voxel-emission");
     /// Ambient occlusion by cones: part of the hemisphere above each surface that no voxels block, weighted by the
     /// cosine, unexposed. The volume's border blocks nothing.
-    AmbientOcclusion,
+    pub const AmbientOcclusion: Self = Self::new("ambient-occlusion");
     /// All shadow maps, side by side: depth from each light, unexposed.
-    ShadowMaps,
+    pub const ShadowMaps: Self = Self::new("shadow-maps");
     /// All reflective shadow maps: light of each lamp that the surfaces in its view reflect.
-    RsmFlux,
+    pub const RsmFlux: Self = Self::new("rsm-flux");
     /// All reflective shadow maps: normals, `n / 2 + 1/2`, unexposed.
-    RsmNormal,
+    pub const RsmNormal: Self = Self::new("rsm-normal");
     /// All reflective shadow maps: albedo, unexposed.
-    RsmAlbedo,
+    pub const RsmAlbedo: Self = Self::new("rsm-albedo");
     /// All reflective shadow maps: depth, unexposed.
-    RsmDepth,
+    pub const RsmDepth: Self = Self::new("rsm-depth");
 }
 
 /// The part of the crate that draws a view.
@@ -71,237 +92,216 @@ pub(crate) enum Painter {
     Bevy,
     /// The composite, in place of adding light.
     Composite,
+    /// The composite, which shows what the technique's own shader has gathered.
+    Gather,
     /// The pass that shows the surfaces in voxels.
     Voxels,
     /// The same pass, with the technique's own cells.
-    Technique,
+    Cells,
     /// The pass that traces cones through the opacity of volumes.
     Opacity,
     /// The pass that shows what lights see.
     LightMaps,
 }
 
-impl GiView {
-    /// Every view, in the order in which examples cycle through them.
-    pub const ALL: [Self; 25] = [
-        Self::Full,
-        Self::Direct,
-        Self::Indirect,
-        Self::Diffuse,
-        Self::Specular,
-        Self::Irradiance,
-        Self::Albedo,
-        Self::Normal,
-        Self::Roughness,
-        Self::Occlusion,
-        Self::Motion,
-        Self::History,
-        Self::Gather,
-        Self::Coverage,
-        Self::VoxelAlbedo,
-        Self::VoxelNormal,
-        Self::VoxelEmission,
-        Self::VoxelRadiance,
-        Self::VoxelOpacity,
-        Self::AmbientOcclusion,
-        Self::ShadowMaps,
-        Self::RsmFlux,
-        Self::RsmNormal,
-        Self::RsmAlbedo,
-        Self::RsmDepth,
-    ];
-
-    /// Lower-case name, as in the viewer's `--view`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Full => "full",
-            Self::Direct => "direct",
-            Self::Indirect => "indirect",
-            Self::Diffuse => "diffuse",
-            Self::Specular => "specular",
-            Self::Irradiance => "irradiance",
-            Self::Albedo => "albedo",
-            Self::Normal => "normal",
-            Self::Roughness => "roughness",
-            Self::Occlusion => "occlusion",
-            Self::Motion => "motion",
-            Self::History => "history",
-            Self::Gather => "gather",
-            Self::Coverage => "coverage",
-            Self::VoxelAlbedo => "voxel-albedo",
-            Self::VoxelNormal => "voxel-normal",
-            Self::VoxelEmission => "voxel-emission",
-            Self::VoxelRadiance => "voxel-radiance",
-            Self::VoxelOpacity => "voxel-opacity",
-            Self::AmbientOcclusion => "ambient-occlusion",
-            Self::ShadowMaps => "shadow-maps",
-            Self::RsmFlux => "rsm-flux",
-            Self::RsmNormal => "rsm-normal",
-            Self::RsmAlbedo => "rsm-albedo",
-            Self::RsmDepth => "rsm-depth",
-        }
-    }
-
+/// A debug view of an app.
+#[derive(Clone, Copy, Debug)]
+pub struct ViewEntry {
+    /// Its name.
+    pub view: GiView,
     /// Meaning of the colours, with their range.
-    pub const fn legend(self) -> &'static str {
-        match self {
-            Self::Full => "the picture, exposed",
-            Self::Direct => "the picture without indirect light, exposed",
-            Self::Indirect => "indirect light, diffuse and specular, exposed",
-            Self::Diffuse => "diffuse indirect light, exposed",
-            Self::Specular => "specular indirect light, exposed",
-            Self::Irradiance => "indirect irradiance over pi, before the albedo, exposed",
-            Self::Albedo => "diffuse albedo, 0 to 1",
-            Self::Normal => "shading normal in the world: grey is 0, red +x, green +y, blue +z",
-            Self::Roughness => "perceptual roughness: black 0, white 1",
-            Self::Occlusion => {
-                "ambient occlusion of material and SSAO: black 0 (none left), white 1 (all left)"
-            }
-            Self::Motion => {
-                "motion since the last frame: grey 0, red +16 px to the right, green +16 px down, black -16 px"
-            }
-            Self::History => "frames in the history: black 1, white as many as the settings allow",
-            Self::Gather => {
-                "white: gathered pixels; others: green if the gathered ones around show their surface, red if not"
-            }
-            Self::Coverage => "part of the pixel that volumes light: black 0, white 1",
-            Self::VoxelAlbedo => "albedo of voxels, 0 to 1",
-            Self::VoxelNormal => "normal of voxels: grey is 0, red +x, green +y, blue +z",
-            Self::VoxelEmission => "emission of voxels, exposed",
-            Self::VoxelRadiance => {
-                "light that cells of voxels send to the viewer, exposed (voxel cone tracing has them)"
-            }
-            Self::VoxelOpacity => {
-                "opacity of cells along the view: black 0, white 1 (voxel cone tracing has them)"
-            }
-            Self::AmbientOcclusion => {
-                "part of the hemisphere above that no voxels block: black 0, white 1"
-            }
-            Self::ShadowMaps => {
-                "depth seen from each light, a tile a map: white near, black far or nothing"
-            }
-            Self::RsmFlux => {
-                "light that lit surfaces send on, as each light sees them, a tile a map, exposed"
-            }
-            Self::RsmNormal => {
-                "normals as each light sees them: grey is 0, red +x, green +y, blue +z"
-            }
-            Self::RsmAlbedo => "albedo as each light sees it, 0 to 1",
-            Self::RsmDepth => {
-                "depth of the reflective shadow maps: white near, black far or nothing"
-            }
-        }
-    }
-
-    /// The view with this [`name`](Self::name).
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|view| view.name() == name)
-    }
-
-    /// Whether the view shows luminances, which are exposed, rather than plain numbers.
-    pub const fn is_luminance(self) -> bool {
-        matches!(
-            self,
-            Self::Full
-                | Self::Direct
-                | Self::Indirect
-                | Self::Diffuse
-                | Self::Specular
-                | Self::Irradiance
-                | Self::VoxelEmission
-                | Self::VoxelRadiance
-                | Self::RsmFlux
-        )
-    }
-
+    pub legend: &'static str,
+    /// Whether it shows luminances, which are exposed, rather than plain numbers.
+    pub is_luminance: bool,
+    /// The only technique that has it. `None`: all of them.
+    pub technique: Option<GiTechnique>,
     /// Who draws it.
-    pub(crate) const fn painter(self) -> Painter {
-        match self {
-            Self::Direct => Painter::Bevy,
-            Self::VoxelAlbedo | Self::VoxelNormal | Self::VoxelEmission => Painter::Voxels,
-            Self::VoxelRadiance | Self::VoxelOpacity => Painter::Technique,
-            Self::AmbientOcclusion => Painter::Opacity,
-            Self::ShadowMaps
-            | Self::RsmFlux
-            | Self::RsmNormal
-            | Self::RsmAlbedo
-            | Self::RsmDepth => Painter::LightMaps,
-            _ => Painter::Composite,
+    pub(crate) painter: Painter,
+}
+
+impl ViewEntry {
+    /// A view of one technique.
+    pub(crate) fn of(
+        view: GiView,
+        legend: &'static str,
+        is_luminance: bool,
+        painter: Painter,
+        technique: GiTechnique,
+    ) -> Self {
+        Self {
+            technique: Some(technique),
+            ..entry(view, legend, is_luminance, painter)
         }
     }
+}
 
-    /// `VIEW_<NAME>` for each view, for shaders.
+const fn entry(
+    view: GiView,
+    legend: &'static str,
+    is_luminance: bool,
+    painter: Painter,
+) -> ViewEntry {
+    ViewEntry {
+        view,
+        legend,
+        is_luminance,
+        technique: None,
+        painter,
+    }
+}
+
+/// The views that every technique has. In shaders, a view is its place in this list.
+#[rustfmt::skip]
+const ENTRIES: [ViewEntry; 23] = [
+    entry(GiView::Full, "the picture, exposed", true, Painter::Composite),
+    entry(GiView::Direct, "the picture without indirect light, exposed", true, Painter::Bevy),
+    entry(GiView::Indirect, "indirect light, diffuse and specular, exposed", true, Painter::Composite),
+    entry(GiView::Diffuse, "diffuse indirect light, exposed", true, Painter::Composite),
+    entry(GiView::Specular, "specular indirect light, exposed", true, Painter::Composite),
+    entry(GiView::Irradiance, "indirect irradiance over pi, before the albedo, exposed", true, Painter::Composite),
+    entry(GiView::Albedo, "diffuse albedo, 0 to 1", false, Painter::Composite),
+    entry(GiView::Normal, "shading normal in the world: grey is 0, red +x, green +y, blue +z", false, Painter::Composite),
+    entry(GiView::Roughness, "perceptual roughness: black 0, white 1", false, Painter::Composite),
+    entry(GiView::Occlusion, "ambient occlusion of material and SSAO: black 0 (none left), white 1 (all left)", false, Painter::Composite),
+    entry(GiView::Motion, "motion since the last frame: grey 0, red +16 px to the right, green +16 px down, black -16 px", false, Painter::Composite),
+    entry(GiView::History, "frames in the history: black 1, white as many as the settings allow", false, Painter::Composite),
+    entry(GiView::Gather, "white: gathered pixels; others: green if the gathered ones around show their surface, red if not", false, Painter::Composite),
+    entry(GiView::Coverage, "part of the pixel that volumes light: black 0, white 1", false, Painter::Composite),
+    entry(GiView::VoxelAlbedo, "albedo of voxels, 0 to 1", false, Painter::Voxels),
+    entry(GiView::VoxelNormal, "normal of voxels: grey is 0, red +x, green +y, blue +z", false, Painter::Voxels),
+    entry(GiView::VoxelEmission, "emission of voxels, exposed", true, Painter::Voxels),
+    entry(GiView::AmbientOcclusion, "part of the hemisphere above that no voxels block: black 0, white 1", false, Painter::Opacity),
+    entry(GiView::ShadowMaps, "depth seen from each light, a tile a map: white near, black far or nothing", false, Painter::LightMaps),
+    entry(GiView::RsmFlux, "light that lit surfaces send on, as each light sees them, a tile a map, exposed", true, Painter::LightMaps),
+    entry(GiView::RsmNormal, "normals as each light sees them: grey is 0, red +x, green +y, blue +z", false, Painter::LightMaps),
+    entry(GiView::RsmAlbedo, "albedo as each light sees it, 0 to 1", false, Painter::LightMaps),
+    entry(GiView::RsmDepth, "depth of the reflective shadow maps: white near, black far or nothing", false, Painter::LightMaps),
+];
+
+impl GiView {
+    /// The views that every technique has, in the order in which examples cycle through them.
+    pub const ALL: [Self; ENTRIES.len()] = {
+        let mut all = [Self::Full; ENTRIES.len()];
+        let mut i = 0;
+        while i < all.len() {
+            all[i] = ENTRIES[i].view;
+            i += 1;
+        }
+        all
+    };
+
+    /// The view with this name. For a name that is known only at run time, use [`named`](Self::named).
+    pub const fn new(name: &'static str) -> Self {
+        Self(name)
+    }
+
+    /// The view with a name that is known only at run time, from a file or a command line. The name need not
+    /// exist; [`GiViews::find`] checks that.
+    pub fn named(name: &str) -> Self {
+        Self(interned(name))
+    }
+
+    /// Lower-case name, as in settings files and in the viewer's `--view`.
+    pub const fn name(self) -> &'static str {
+        self.0
+    }
+
+    /// What it is in shaders; one of a technique is the picture.
+    pub(crate) fn number(self) -> u32 {
+        let place = Self::ALL.iter().position(|view| *view == self);
+        place.unwrap_or(0) as u32
+    }
+
+    /// `VIEW_<NAME>` for each view, for shaders, and `VIEW_GATHERED` for plain numbers that a technique gathers.
     pub(crate) fn shader_defs() -> Vec<ShaderDefVal> {
-        Self::ALL
-            .iter()
-            .map(|view| {
-                let name = view.name().to_uppercase().replace('-', "_");
-                ShaderDefVal::UInt(format!("VIEW_{name}"), *view as u32)
-            })
-            .collect()
+        let numbers = Self::ALL.iter().map(|view| {
+            let name = view.name().to_uppercase().replace('-', "_");
+            ShaderDefVal::UInt(format!("VIEW_{name}"), view.number())
+        });
+        let gathered = ShaderDefVal::UInt("VIEW_GATHERED".into(), GATHERED);
+        numbers.chain([gathered]).collect()
     }
 }
 
-/// What the spheres of hints show, see [`GiDebugSettings::show_hints`](crate::GiDebugSettings::show_hints).
-#[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[reflect(Default, Clone, PartialEq, Serialize, Deserialize)]
-#[repr(u32)]
-pub enum HintView {
-    /// All light, exposed.
-    #[default]
-    Light,
-    /// Light of lamps after one bounce, exposed.
-    FirstBounce,
-    /// Light of emissive surfaces, exposed.
-    Emission,
-    /// Light of the sky, exposed.
-    Sky,
-    /// Light one bounce after the first bounce, emission and the sky, exposed.
-    SecondBounce,
-    /// Light of all later bounces, exposed.
-    LaterBounces,
-    /// Distance of the nearest surface that lights the hint, relative to the reach: black 0, white 1 or more.
-    Nearest,
-    /// Distance of the farthest surface that lights the hint, relative to the reach: black 0, white 1 or more.
-    Farthest,
-    /// Visibility between the hint and the picked hint as estimated by equation 11: black 0, white 1.
-    Visibility,
-    /// Probability that light comes from around the hint, `1 - nearest` (equation 9 before normalisation):
-    /// black 0, white 1.
-    Confidence,
-    /// Mean albedo of the surfaces around the hint, used for coloured bounces between hints.
-    Albedo,
-    /// Ringing of the spherical harmonics: negative irradiance, relative to the irradiance of the same light
-    /// from all directions. Black 0, red 1.
-    Negative,
-    /// Where light would leak without [`ProbeSet::visibility`](crate::ProbeSet::visibility): share of the six
-    /// neighbours that the hint does not see. Black 0, red 1.
-    Leak,
+/// What a view of plain numbers that a technique gathers is in shaders.
+pub(crate) const GATHERED: u32 = ENTRIES.len() as u32;
+
+/// All debug views of an app: those that every technique has, then those of each technique. The same in both
+/// worlds.
+#[derive(Resource, ExtractResource, Clone, Debug)]
+pub struct GiViews {
+    entries: Vec<ViewEntry>,
 }
 
-impl HintView {
-    /// Meaning of the colours, with their range.
-    pub const fn legend(self) -> &'static str {
-        match self {
-            Self::Light => "all light that arrives from each side, exposed",
-            Self::FirstBounce => "light of lamps that has bounced once, exposed",
-            Self::Emission => "light of emissive surfaces, exposed",
-            Self::Sky => "light of the sky, exposed",
-            Self::SecondBounce => "light that has bounced once more, exposed",
-            Self::LaterBounces => "light that has bounced more often, exposed",
-            Self::Nearest => {
-                "the nearest of what lights the hint: black at hand, white at the reach"
-            }
-            Self::Farthest => {
-                "the farthest of what lights the hint: black at hand, white at the reach"
-            }
-            Self::Visibility => "guessed visibility of the picked hint: black 0, white 1",
-            Self::Confidence => "1 - nearest: black 0, white 1",
-            Self::Albedo => "mean albedo around, 0 to 1",
-            Self::Negative => "irradiance below zero, over that of the mean light: black 0, red 1",
-            Self::Leak => "part of the six neighbours that the hint does not see: black 0, red 1",
+impl Default for GiViews {
+    fn default() -> Self {
+        Self {
+            entries: ENTRIES.to_vec(),
         }
     }
+}
+
+impl GiViews {
+    /// All views.
+    pub fn iter(&self) -> impl Iterator<Item = &ViewEntry> {
+        self.entries.iter()
+    }
+
+    /// The views that there are while cameras use a technique.
+    pub fn of(&self, technique: GiTechnique) -> impl Iterator<Item = &ViewEntry> {
+        self.iter()
+            .filter(move |entry| entry.technique.is_none_or(|own| own == technique))
+    }
+
+    /// Adds a view. An entry of the same name is replaced.
+    pub(crate) fn add(&mut self, entry: ViewEntry) {
+        self.entries.retain(|old| old.view != entry.view);
+        self.entries.push(entry);
+    }
+
+    /// The entry of a view; that of the picture if there is no such view.
+    pub fn get(&self, view: GiView) -> &ViewEntry {
+        let found = self.iter().find(|entry| entry.view == view);
+        found.unwrap_or(&ENTRIES[0])
+    }
+
+    /// The view with this name, if it is registered.
+    ///
+    /// # Errors
+    /// A sentence that lists all names.
+    pub fn find(&self, name: &str) -> Result<GiView, String> {
+        let mut all = self.iter().map(|entry| entry.view);
+        all.find(|view| view.name() == name).ok_or_else(|| {
+            let names: Vec<_> = self.iter().map(|entry| entry.view.name()).collect();
+            format!("no view '{name}'; there are {}", names.join(", "))
+        })
+    }
+}
+
+/// The view that GI cameras show.
+#[derive(SystemParam)]
+pub(crate) struct ShownView<'w> {
+    debug: Res<'w, GiDebugSettings>,
+    views: Res<'w, GiViews>,
+}
+
+impl ShownView<'_> {
+    pub fn entry(&self) -> &ViewEntry {
+        self.views.get(self.debug.view)
+    }
+
+    pub fn view(&self) -> GiView {
+        self.entry().view
+    }
+
+    pub fn painter(&self) -> Painter {
+        self.entry().painter
+    }
+}
+
+/// Run condition: whether a part of the crate draws the view that is shown.
+pub(crate) fn paints(painter: Painter) -> impl Fn(ShownView) -> bool + Clone {
+    move |shown| shown.painter() == painter
 }
 
 /// A slice through voxels, perpendicular to a world axis.

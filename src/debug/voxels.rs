@@ -18,7 +18,7 @@ use bevy::{
     shader::{Shader, ShaderDefVal, load_shader_library},
 };
 
-use super::{GiDebugSettings, GiView, Painter};
+use super::{GiDebugSettings, GiView, Painter, ShownView, paints};
 use crate::{
     gpu::{
         caps::supported,
@@ -78,14 +78,15 @@ pub(crate) fn voxel_view_pass(
     })
 }
 
-/// The uniform for the view that is chosen.
+/// The uniform for the view that is chosen, which the shader knows as `content`.
 pub(crate) fn voxel_view_uniform(
+    content: u32,
     debug: &GiDebugSettings,
     device: &RenderDevice,
     queue: &RenderQueue,
 ) -> UniformBuffer<GpuVoxelView> {
     let mut uniform = UniformBuffer::from(GpuVoxelView {
-        content: debug.view as u32,
+        content,
         level: debug.voxel_level,
         slice: debug.slice as u32,
         slice_at: debug.slice_at,
@@ -107,8 +108,8 @@ struct VoxelViewTarget(CachedTexture);
 
 pub(super) struct VoxelViewPlugin;
 
-fn shows_cells(debug: Res<GiDebugSettings>) -> bool {
-    matches!(debug.view.painter(), Painter::Voxels | Painter::Technique)
+fn shows_cells(shown: ShownView) -> bool {
+    matches!(shown.painter(), Painter::Voxels | Painter::Cells)
 }
 
 impl Plugin for VoxelViewPlugin {
@@ -134,9 +135,9 @@ impl Plugin for VoxelViewPlugin {
                     prepare_targets
                         .in_set(GiPrepare::Voxels)
                         .run_if(shows_cells),
-                    show_surfaces.in_set(GiPrepare::Composite).run_if(
-                        |debug: Res<GiDebugSettings>| debug.view.painter() == Painter::Voxels,
-                    ),
+                    show_surfaces
+                        .in_set(GiPrepare::Composite)
+                        .run_if(paints(Painter::Voxels)),
                 ),
             )
             .add_systems(
@@ -147,8 +148,8 @@ impl Plugin for VoxelViewPlugin {
 }
 
 /// Has the voxels captured, whatever the technique needs.
-fn extract_needs(debug: Extract<Res<GiDebugSettings>>, mut needs: ResMut<SceneNeeds>) {
-    needs.voxels |= debug.view.painter() == Painter::Voxels;
+fn extract_needs(shown: Extract<ShownView>, mut needs: ResMut<SceneNeeds>) {
+    needs.voxels |= shown.painter() == Painter::Voxels;
 }
 
 fn init_surface_view(
@@ -221,7 +222,7 @@ fn show_surfaces(
     queue: Res<RenderQueue>,
 ) {
     let Some(view) = view else { return };
-    let uniform = voxel_view_uniform(&debug, &device, &queue);
+    let uniform = voxel_view_uniform(debug.view.number(), &debug, &device, &queue);
     for (entity, voxels, scene) in &volumes {
         let own = view
             .layout

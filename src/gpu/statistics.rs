@@ -84,8 +84,8 @@ impl GiStatistics {
         self.lock().warnings.clear();
     }
 
-    /// Sets a count.
-    pub(crate) fn count(&self, name: &'static str, value: u64) {
+    /// Sets a count, such as that of hints in all volumes.
+    pub fn count(&self, name: &'static str, value: u64) {
         self.lock().counts.insert(name, value);
     }
 
@@ -102,8 +102,9 @@ impl GiStatistics {
         }
     }
 
-    /// Counts the bytes of a texture, from its format, size and levels.
-    pub(crate) fn texture(&self, name: &'static str, texture: Texture) -> Tracked<Texture> {
+    /// Counts the bytes of a texture, from its format, size and levels, for as long as the result lives. `name` is
+    /// that of the resource, such as `"hints/coefficients"`.
+    pub fn texture(&self, name: &'static str, texture: Texture) -> Tracked<Texture> {
         let size = texture.size();
         let texel = texture.format().block_copy_size(None).unwrap_or(4) as u64;
         let is_3d = texture.dimension() == TextureDimension::D3;
@@ -121,8 +122,9 @@ impl GiStatistics {
         self.track(name, bytes, texture)
     }
 
-    /// Makes a storage buffer of `words` `u32` labelled `gi/{name}`, zeroed by wgpu.
-    pub(crate) fn storage_buffer(
+    /// Makes a storage buffer of `words` `u32`, labelled `gi/{name}` and zeroed by wgpu. Its bytes count for as long
+    /// as the result lives.
+    pub fn storage_buffer(
         &self,
         device: &RenderDevice,
         name: &'static str,
@@ -142,7 +144,7 @@ impl GiStatistics {
 
 /// A GPU resource whose bytes count in [`GiStatistics`] while it lives.
 #[derive(Clone)]
-pub(crate) struct Tracked<T> {
+pub struct Tracked<T> {
     resource: T,
     /// Takes its bytes back when the last clone is dropped.
     share: Arc<Share>,

@@ -19,7 +19,7 @@ use bevy_inspector_egui::{
     reflect_inspector::{Context, InspectorUi},
 };
 
-use crate::{FieldRange, GiTechnique, GiTechniques, SettingsEntry};
+use crate::{FieldRange, GiTechnique, GiTechniques, GiView, GiViews, SettingsEntry};
 
 /// All fields of some registered parameters of an entity.
 pub(super) fn parameters(
@@ -107,6 +107,7 @@ impl Group<'_> {
     pub fn show(&self, world: &World, value: &mut dyn Reflect, ui: &mut egui::Ui) -> bool {
         let types = world.resource::<AppTypeRegistry>().read();
         let techniques = world.resource::<GiTechniques>();
+        let views = world.resource::<GiViews>();
         let (docs, info) = match value.get_represented_type_info() {
             Some(TypeInfo::Struct(info)) => (info.docs(), info),
             _ => return false,
@@ -173,10 +174,10 @@ impl Group<'_> {
                             .or_else(|| range(self.ranges, &format!("{name}.x")))
                             .map_or("", |range| range.unit);
                         label(name, unit, differs, field.docs(), ui);
-                        changed |= match technique(techniques, name, value, ui) {
-                            Some(changed) => changed,
-                            None => self.editor(&types, name, value, field.docs(), ui),
-                        };
+                        let named = technique(techniques, name, value, ui);
+                        let named = named.or_else(|| view(views, name, value, ui));
+                        changed |= named
+                            .unwrap_or_else(|| self.editor(&types, name, value, field.docs(), ui));
                         let button = egui::Button::new("↺").small();
                         let button = ui.add_enabled(differs, button);
                         let default = defaults.field(name);
@@ -264,6 +265,27 @@ fn technique(
         (None, Some(technique)) => value.apply(&technique),
         (None, None) => {}
     }
+    Some(chosen != before)
+}
+
+/// A list of all debug views, if a value is one of them: whether another was chosen.
+fn view(
+    views: &GiViews,
+    name: &str,
+    value: &mut dyn PartialReflect,
+    ui: &mut egui::Ui,
+) -> Option<bool> {
+    let before = value.try_downcast_ref::<GiView>().copied()?;
+    let mut chosen = before;
+    egui::ComboBox::from_id_salt((name, "view"))
+        .selected_text(before.name())
+        .show_ui(ui, |ui| {
+            for entry in views.iter() {
+                let choice = ui.selectable_value(&mut chosen, entry.view, entry.view.name());
+                choice.on_hover_text(entry.legend);
+            }
+        });
+    value.apply(&chosen);
     Some(chosen != before)
 }
 

@@ -1,12 +1,12 @@
 //! The panel: where it is, and its tabs.
 
-use bevy::{ecs::prelude::*, reflect::TypePath};
+use bevy::ecs::prelude::*;
 use bevy_egui::{EguiContext, PrimaryEguiContext, egui};
 
 use super::{Dock, GiInspector, cost, fields, fields::Fold, files, items};
 use crate::{
     GiDebugSettings, GiSettings, GiSettingsRegistry, GiSupport, GiTechnique, GiTechniques, GiView,
-    SettingsEntry, debug::Painter,
+    GiViews, SettingsEntry, ViewEntry,
 };
 
 /// A tab of the panel.
@@ -90,9 +90,9 @@ pub(super) fn show(world: &mut World) {
 pub(super) fn contents(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     header(world, inspector, ui);
     ui.separator();
-    let view = world.resource::<GiDebugSettings>().view;
-    if view != GiView::Full && inspector.tab != Tab::Views {
-        ui.small(format!("{}: {}", view.name(), view.legend()));
+    let shown = shown(world);
+    if shown.view != GiView::Full && inspector.tab != Tab::Views {
+        ui.small(format!("{}: {}", shown.view, shown.legend));
     }
     egui::ScrollArea::vertical()
         .id_salt(inspector.tab.name())
@@ -188,7 +188,7 @@ fn settings(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     });
     let switched = before.is_some_and(|before| before != technique);
     // Debug views have a tab of their own, and components of the scene are in another.
-    for entry in registry.resources().filter(|entry| !is_debug(entry)) {
+    for entry in registry.resources().filter(|entry| !entry.is_debug) {
         let active = entry.technique.is_none_or(|t| t == technique);
         let fold = Fold {
             at_first: active,
@@ -198,11 +198,6 @@ fn settings(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
     }
 }
 
-/// Whether these are the settings of the views.
-pub(super) fn is_debug(entry: &SettingsEntry) -> bool {
-    entry.name == GiDebugSettings::short_type_path()
-}
-
 /// All fields of a settings resource.
 fn resource(world: &mut World, entry: &SettingsEntry, fold: Fold, search: &str, ui: &mut egui::Ui) {
     if let [entity] = entry.entities(world)[..] {
@@ -210,34 +205,39 @@ fn resource(world: &mut World, entry: &SettingsEntry, fold: Fold, search: &str, 
     }
 }
 
+/// The view that cameras show.
+fn shown(world: &World) -> ViewEntry {
+    let view = world.resource::<GiDebugSettings>().view;
+    *world.resource::<GiViews>().get(view)
+}
+
 fn views(world: &mut World, inspector: &mut GiInspector, ui: &mut egui::Ui) {
-    let mut view = world.resource::<GiDebugSettings>().view;
-    let before = view;
+    let shown = shown(world);
+    let mut view = shown.view;
     let technique = world.resource::<GiSettings>().technique;
-    let own = world.resource::<GiTechniques>().get(technique);
-    let own = own.map_or(&[][..], |entry| entry.views);
     ui.horizontal_wrapped(|ui| {
-        for choice in GiView::ALL {
-            let there = choice.painter() != Painter::Technique || own.contains(&choice.name());
-            let button = egui::Button::selectable(view == choice, choice.name());
+        for entry in world.resource::<GiViews>().iter() {
+            let there = entry.technique.is_none_or(|own| own == technique);
+            let button = egui::Button::selectable(view == entry.view, entry.view.name());
             let button = ui.add_enabled(there, button);
-            if button.on_hover_text(choice.legend()).clicked() {
-                view = choice;
+            if button.on_hover_text(entry.legend).clicked() {
+                view = entry.view;
             }
         }
     });
-    if view != before {
+    if view != shown.view {
         world.resource_mut::<GiDebugSettings>().view = view;
     }
-    ui.label(format!("{}: {}", view.name(), view.legend()));
-    let debug = world.resource::<GiDebugSettings>();
-    if debug.show_hints {
-        ui.label(format!("hints: {}", debug.hint_view.legend()));
+    ui.label(format!("{}: {}", shown.view, shown.legend));
+    let registry = world.resource::<GiSettingsRegistry>().clone();
+    for entry in registry.debug(technique) {
+        if let Some(legend) = entry.legend(world) {
+            ui.label(format!("{}: {legend}", entry.name));
+        }
     }
     ui.separator();
     fields::search(&mut inspector.search, ui);
-    let registry = world.resource::<GiSettingsRegistry>().clone();
-    if let Some(entry) = registry.iter().find(|entry| is_debug(entry)) {
+    for entry in registry.debug(technique) {
         resource(world, entry, Fold::OPEN, &inspector.search, ui);
     }
 }

@@ -2,7 +2,7 @@
 
 use bevy::reflect::{PartialReflect, ReflectRef, enums::VariantType};
 
-use crate::GiTechnique;
+use crate::{GiTechnique, GiView};
 
 /// Code that inserts a resource; only fields that differ from the default are named.
 pub(super) fn insert_resource(value: &dyn PartialReflect, default: &dyn PartialReflect) -> String {
@@ -59,6 +59,9 @@ fn expression(value: &dyn PartialReflect) -> String {
     }
     if let Some(technique) = value.try_downcast_ref::<GiTechnique>() {
         return format!("GiTechnique::new({technique:?})");
+    }
+    if let Some(view) = value.try_downcast_ref::<GiView>() {
+        return format!("GiView::new({view:?})");
     }
     match value.reflect_ref() {
         ReflectRef::Struct(fields) => {

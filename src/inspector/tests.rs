@@ -151,7 +151,7 @@ fn every_parameter_of_every_type_is_shown() {
     let registry = panel.get::<GiSettingsRegistry>().clone();
     for entry in registry.iter() {
         panel.inspector.tab = match entry.kind {
-            ParametersKind::Resource if panel::is_debug(entry) => Tab::Views,
+            ParametersKind::Resource if entry.is_debug => Tab::Views,
             ParametersKind::Resource => Tab::Settings,
             ParametersKind::Camera | ParametersKind::Scene => Tab::Scene,
         };

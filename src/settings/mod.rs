@@ -6,6 +6,7 @@
 //! all techniques is in `techniques.rs`.
 
 mod capture;
+pub(crate) mod name;
 mod parameters;
 mod plugin;
 mod quality;
@@ -24,7 +25,7 @@ pub(crate) use plugin::Clamping;
 pub use plugin::{SettingsComponentPlugin, SettingsPlugin, SettingsResourcePlugin};
 pub use quality::GiQuality;
 pub use registry::{GiSettingsRegistry, SettingsEntry, SettingsValues};
-pub use techniques::{GiTechnique, GiTechniques, TechniqueEntry};
+pub use techniques::{GiTechnique, GiTechniques, Lookup, TechniqueEntry};
 
 /// Unit of a material's emission in global illumination.
 #[derive(Reflect, Serialize, Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

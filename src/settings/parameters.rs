@@ -35,6 +35,12 @@ pub trait Parameters:
         Vec::new()
     }
 
+    /// Of debug settings: meaning of the colours of what they add to the picture now. Default: they add nothing that
+    /// needs one.
+    fn legend(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Takes over values from a settings file. Default: all of them.
     fn load(&mut self, saved: Self) {
         *self = saved;

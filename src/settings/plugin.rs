@@ -48,7 +48,7 @@ impl<T> Default for SettingsComponentPlugin<T> {
 
 impl<T: Parameters> Plugin for SettingsComponentPlugin<T> {
     fn build(&self, app: &mut App) {
-        register::<T>(app, None);
+        register::<T>(app, None, false);
     }
 }
 
@@ -56,6 +56,7 @@ impl<T: Parameters> Plugin for SettingsComponentPlugin<T> {
 /// they change, and sent to the render world. Without a value in the app, they have their default.
 pub struct SettingsResourcePlugin<T> {
     technique: Option<GiTechnique>,
+    is_debug: bool,
     marker: PhantomData<T>,
 }
 
@@ -67,12 +68,22 @@ impl<T> SettingsResourcePlugin<T> {
             ..Self::default()
         }
     }
+
+    /// Parameters that choose what debug views show, of one technique or of all.
+    pub fn debug(technique: Option<GiTechnique>) -> Self {
+        Self {
+            technique,
+            is_debug: true,
+            ..Self::default()
+        }
+    }
 }
 
 impl<T> Default for SettingsResourcePlugin<T> {
     fn default() -> Self {
         Self {
             technique: None,
+            is_debug: false,
             marker: PhantomData,
         }
     }
@@ -80,15 +91,16 @@ impl<T> Default for SettingsResourcePlugin<T> {
 
 impl<T: Parameters + Resource + ExtractResource<Source = T>> Plugin for SettingsResourcePlugin<T> {
     fn build(&self, app: &mut App) {
-        register::<T>(app, self.technique);
+        register::<T>(app, self.technique, self.is_debug);
         app.init_resource::<T>()
             .add_plugins(ExtractResourcePlugin::<T>::default());
     }
 }
 
-fn register<T: Parameters>(app: &mut App, technique: Option<GiTechnique>) {
+fn register<T: Parameters>(app: &mut App, technique: Option<GiTechnique>, is_debug: bool) {
     let mut entry = SettingsEntry::new::<T>();
     entry.technique = technique;
+    entry.is_debug = is_debug;
     app.register_type::<T>()
         .add_systems(PostUpdate, clamp::<T>.in_set(Clamping))
         // After whatever the app does in a frame, and before that is sent.

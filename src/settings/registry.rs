@@ -43,8 +43,11 @@ pub struct SettingsEntry {
     pub kind: ParametersKind,
     /// The technique that they belong to. `None`: all techniques.
     pub technique: Option<GiTechnique>,
+    /// Whether they choose what debug views show.
+    pub is_debug: bool,
     /// Ranges of the numeric fields.
     pub ranges: Vec<FieldRange>,
+    legend: fn(&dyn Reflect) -> Option<&'static str>,
     presets: Vec<(&'static str, Change)>,
     default: Arc<dyn Reflect>,
     entities: fn(&World) -> Vec<Entity>,
@@ -73,7 +76,9 @@ impl SettingsEntry {
             name: T::short_type_path(),
             kind: T::KIND,
             technique: None,
+            is_debug: false,
             ranges: T::ranges(),
+            legend: |value| value.downcast_ref::<T>()?.legend(),
             presets: presets.collect(),
             default: Arc::new(T::default()),
             entities: |world| {
@@ -121,6 +126,11 @@ impl SettingsEntry {
     /// Documentation of the type and of its fields.
     pub fn info(&self) -> &'static TypeInfo {
         self.default.reflect_type_info()
+    }
+
+    /// Of debug settings: meaning of the colours of what they add to the picture now.
+    pub fn legend(&self, world: &World) -> Option<&'static str> {
+        (self.legend)(self.get(world)?)
     }
 
     /// Names of the presets.
@@ -207,6 +217,11 @@ impl GiSettingsRegistry {
     /// All entries, in the order of the plugins.
     pub fn iter(&self) -> impl Iterator<Item = &SettingsEntry> {
         self.entries.iter()
+    }
+
+    /// The entries that choose what debug views show, of all techniques and of this one.
+    pub fn debug(&self, technique: GiTechnique) -> impl Iterator<Item = &SettingsEntry> {
+        self.active(technique).filter(|entry| entry.is_debug)
     }
 
     /// The entries that are resources.

@@ -1,14 +1,8 @@
 //! [`GiTechnique`]: a technique by its name; [`GiTechniques`]: all that an app has.
 
-use std::{
-    collections::BTreeSet,
-    fmt,
-    sync::{Mutex, PoisonError},
-};
-
 use bevy::{ecs::prelude::*, reflect::prelude::*};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::name::{interned, name_type};
 use crate::gpu::caps::{DeviceNeeds, GiSupport};
 
 /// Name of a technique: the algorithm that computes indirect light.
@@ -18,9 +12,6 @@ use crate::gpu::caps::{DeviceNeeds, GiSupport};
 #[reflect(opaque)]
 #[reflect(Default, Clone, Debug, Hash, PartialEq, Serialize, Deserialize)]
 pub struct GiTechnique(&'static str);
-
-/// Names that were read from files, once each.
-static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
 
 impl GiTechnique {
     /// No indirect light: the camera renders as if the plugin were absent.
@@ -34,13 +25,7 @@ impl GiTechnique {
     /// The technique with a name that is known only at run time, from a file or a command line. The name need
     /// not exist; [`GiTechniques::find`] checks that.
     pub fn named(name: &str) -> Self {
-        let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = names.get(name) {
-            return Self(known);
-        }
-        let name: &'static str = name.to_owned().leak();
-        names.insert(name);
-        Self(name)
+        Self(interned(name))
     }
 
     /// Its name in lower case, as in settings files, in the viewer's `--technique` and in the names of its
@@ -61,34 +46,24 @@ impl Default for GiTechnique {
     }
 }
 
-impl fmt::Debug for GiTechnique {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
-impl fmt::Display for GiTechnique {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
-impl Serialize for GiTechnique {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.0)
-    }
-}
-
-impl<'de> Deserialize<'de> for GiTechnique {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer).map(|name| Self::named(&name))
-    }
-}
+name_type!(GiTechnique);
 
 /// All techniques of an app, in the order of their plugins. Never empty: [`GiTechnique::OFF`] comes first.
 #[derive(Resource, Clone, Debug)]
 pub struct GiTechniques {
     entries: Vec<TechniqueEntry>,
+}
+
+/// Where the gather of a technique looks light up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lookup {
+    /// In the [`Cache`](crate::technique::Cache) of each volume that the camera sees: one pass a volume. Volumes
+    /// blend at their borders.
+    #[default]
+    PerVolume,
+    /// In the [`ViewCache`](crate::technique::ViewCache) of the camera: one pass. Group 1 is that of the finest volume
+    /// that the camera sees, and without any volume there is no light.
+    PerView,
 }
 
 /// A registered technique.
@@ -100,8 +75,8 @@ pub struct TechniqueEntry {
     pub title: &'static str,
     /// What it requires of the graphics device.
     pub device: DeviceNeeds,
-    /// Names of the debug views that only this technique provides.
-    pub views: &'static [&'static str],
+    /// Where its gather looks light up.
+    pub lookup: Lookup,
 }
 
 impl Default for GiTechniques {
@@ -111,7 +86,7 @@ impl Default for GiTechniques {
                 technique: GiTechnique::OFF,
                 title: "Off",
                 device: DeviceNeeds::default(),
-                views: &[],
+                lookup: Lookup::default(),
             }],
         }
     }
@@ -189,7 +164,7 @@ mod tests {
             technique: GiTechnique::new("cubes"),
             title: "Ambient cubes",
             device: DeviceNeeds::default(),
-            views: &[],
+            lookup: Lookup::default(),
         });
         assert_eq!(techniques.find("cubes"), Ok(GiTechnique::named("cubes")));
         assert_eq!(techniques.find("off"), Ok(GiTechnique::OFF));

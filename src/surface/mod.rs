@@ -58,8 +58,8 @@ impl Plugin for SurfacePlugin {
     }
 }
 
-/// Layout of group 0; `surface.wgsl` is its twin.
-pub(crate) fn surface_layout() -> GroupLayout {
+/// Layout of group 0 of passes per camera: what the camera sees. Its WGSL module is `bevy_gi::surface`.
+pub fn surface_layout() -> GroupLayout {
     GroupLayout::new(
         "gi/surface",
         ShaderStages::COMPUTE | ShaderStages::VERTEX_FRAGMENT,

@@ -11,8 +11,15 @@
 //! 2. Each [`GiVolume`](crate::GiVolume) has a [`Cache`] of the technique. [`Cache::update`] decides what the
 //!    frame computes anew, and makes the bind groups for it.
 //! 3. [`Cache::record`] records that, in [`GiSystems::UpdateCaches`](crate::GiSystems::UpdateCaches).
-//! 4. Two compute shaders look the cache up: the *gather* for each gathered pixel, the *export* for each probe
-//!    of a coarse grid that lights forward-rendered objects.
+//! 4. A compute shader, the *export*, looks the cache up for each probe of a coarse grid that lights
+//!    forward-rendered objects.
+//! 5. Each camera has a [`ViewCache`] of the technique, if it has such. It is like the cache of a volume, and is
+//!    recorded in [`GiSystems::UpdateViewCaches`](crate::GiSystems::UpdateViewCaches), when the camera's surfaces
+//!    are known.
+//! 6. Another compute shader, the *gather*, looks up light for each gathered pixel: in the caches of volumes, or in
+//!    that of the camera ([`Lookup`]).
+//!
+//! What a technique does not have is [`NoCache`], [`NoPipelines`] or [`NoDebug`].
 //!
 //! Everything after that is the same for all techniques: accumulation over frames, a spatial filter,
 //! upsampling, and the composite.
@@ -25,11 +32,13 @@
 //! |---|---|---|
 //! | 0 | surfaces that the camera sees | `bevy_gi::surface` |
 //! | 1 | the scene, with the volume | `bevy_gi::scene::bindings` |
-//! | 2 | the technique's cache | its own |
+//! | 2 | the technique's cache, of a volume or of the camera | its own |
 //! | 3 | input and output | `bevy_gi::apply::gather`, with `begin` and `store` |
 //!
 //! It writes radiances in nits: `E / pi` for diffuse light, and for specular light the radiance along the
 //! mirror direction, averaged over the lobe.
+//!
+//! A [`TechniqueView`] may have another such shader, which runs in its place while the view is shown.
 //!
 //! # The export shader
 //!
@@ -43,31 +52,25 @@
 //!
 //! It writes `E / pi` in nits.
 
+mod cache;
 pub mod hints;
 pub mod vct;
+
+pub(crate) use cache::ViewSettling;
+pub use cache::{
+    Activity, Cache, Frame, Inputs, NoCache, Settling, ViewCache, ViewFrame, ViewInputs,
+};
 
 use bevy::{
     app::App,
     asset::{AssetServer, Handle},
-    ecs::{component::Mutable, prelude::*},
-    render::{
-        extract_resource::ExtractResource,
-        render_resource::{BindGroup, PipelineCache},
-        renderer::{RenderDevice, RenderQueue},
-    },
+    ecs::prelude::*,
+    reflect::prelude::*,
+    render::{extract_resource::ExtractResource, render_resource::PipelineCache},
     shader::{Shader, ShaderDefVal},
 };
 
-use crate::{
-    debug::GiDebugSettings,
-    gpu::caps::GiSupport,
-    scene::{
-        light_maps::SceneLightMaps, probes::SceneProbes, units::LightUnits,
-        volume::ExtractedVolume, voxels::SceneVoxels,
-    },
-    settings::{GiCaptureSettings, GiSettings, GiTechnique},
-    surface::depth::CameraDepth,
-};
+use crate::{debug::GiView, gpu::caps::GiSupport, settings::GiTechnique};
 pub use crate::{
     gpu::{
         caps::DeviceNeeds,
@@ -76,13 +79,14 @@ pub use crate::{
             Binding, GroupBuilder, GroupLayout, dynamic_uniform, filtered, loaded, storage_read,
             storage_write, uniform,
         },
-        statistics::GiStatistics,
+        statistics::{GiStatistics, Tracked},
     },
     scene::{
         bind_group::{LightingVersion, SceneBindGroup, scene_layout},
         needs::SceneNeeds,
     },
-    settings::{Clamp, Parameters, Preset},
+    settings::{Clamp, Lookup, Parameters, Preset},
+    surface::surface_layout,
 };
 
 /// An algorithm that computes indirect light. The [module](self) says what runs when.
@@ -98,13 +102,19 @@ pub trait Technique: Sized + Send + Sync + 'static {
 
     /// Parameters, a resource.
     type Settings: Parameters + Resource + ExtractResource<Source = Self::Settings>;
-    /// Compute pipelines.
+    /// What is shown of it in debug views, a resource; or [`NoDebug`].
+    type Debug: Parameters + Resource + ExtractResource<Source = Self::Debug>;
+    /// Compute pipelines; or [`NoPipelines`].
     type Pipelines: Pipelines;
-    /// The light that it stores for a volume.
+    /// The light that it stores for a volume; or [`NoCache`].
     type Cache: Cache<Self>;
+    /// The light that it stores for a camera; or [`NoCache`].
+    type ViewCache: ViewCache<Self>;
 
-    /// Names of the debug views that only this technique draws, see [`GiView`](crate::GiView). Default: none.
-    const VIEWS: &'static [&'static str] = &[];
+    /// Where the gather looks light up. Default: in the caches of volumes.
+    const LOOKUP: Lookup = Lookup::PerVolume;
+    /// Debug views that only this technique has, see [`GiView`]. Default: none.
+    const VIEWS: &'static [TechniqueView] = &[];
 
     /// Loads shaders and adds plugins for debug views. Registration, settings, caches, gather and export are
     /// set up by [`TechniquePlugin`](crate::TechniquePlugin).
@@ -121,8 +131,52 @@ pub trait Technique: Sized + Send + Sync + 'static {
     /// The gather shader.
     fn gather(server: &AssetServer) -> LookupShader;
 
-    /// The export shader.
-    fn export(server: &AssetServer) -> LookupShader;
+    /// The export shader. Default: none, and forward-rendered objects have no light of this technique. An export
+    /// looks up the caches of volumes.
+    fn export(_: &AssetServer) -> Option<LookupShader> {
+        None
+    }
+}
+
+/// A debug view that only one technique has.
+#[derive(Clone, Copy)]
+pub struct TechniqueView {
+    /// Its name.
+    pub view: GiView,
+    /// Meaning of the colours, with their range.
+    pub legend: &'static str,
+    /// Whether it shows luminances, which are exposed, rather than plain numbers.
+    pub is_luminance: bool,
+    /// The shader that gathers it. `None`: the technique draws it over the picture.
+    pub(crate) shader: Option<fn(&AssetServer) -> LookupShader>,
+}
+
+impl TechniqueView {
+    /// A view that is gathered: `shader` runs in place of the gather, with the same groups. What it stores as diffuse
+    /// light is shown as it is, without albedo.
+    pub const fn gathered(
+        view: GiView,
+        legend: &'static str,
+        is_luminance: bool,
+        shader: fn(&AssetServer) -> LookupShader,
+    ) -> Self {
+        Self {
+            view,
+            legend,
+            is_luminance,
+            shader: Some(shader),
+        }
+    }
+
+    /// A view of cells, which the technique adds to volumes as a `VoxelView`.
+    pub(crate) const fn cells(view: GiView, legend: &'static str, is_luminance: bool) -> Self {
+        Self {
+            view,
+            legend,
+            is_luminance,
+            shader: None,
+        }
+    }
 }
 
 impl GiTechnique {
@@ -167,6 +221,12 @@ pub trait Pipelines: Resource + Sized {
     }
 }
 
+/// The debug settings of a technique that has none.
+#[derive(Resource, Reflect, ExtractResource, Clone, Default)]
+pub struct NoDebug {}
+
+impl Parameters for NoDebug {}
+
 /// The pipelines of a technique that has only its gather and its export.
 #[derive(Resource)]
 pub struct NoPipelines;
@@ -179,112 +239,6 @@ impl Pipelines for NoPipelines {
     fn passes(&self) -> Vec<ComputePass> {
         Vec::new()
     }
-}
-
-/// Everything that the cache of a volume is computed from, in one frame.
-pub struct Frame<'a, T: Technique> {
-    /// Parameters of the technique.
-    pub settings: &'a T::Settings,
-    /// How the scene is lit.
-    pub gi: &'a GiSettings,
-    /// Budget of the capture.
-    pub capture: &'a GiCaptureSettings,
-    /// Debug views.
-    pub debug: &'a GiDebugSettings,
-    /// Number of calls of [`GiHistory::reset`](crate::GiHistory::reset) so far.
-    pub history: u32,
-    /// The volume.
-    pub volume: &'a ExtractedVolume,
-    /// Voxels of the volume. `None` if the technique does not need them, or before they exist.
-    pub voxels: Option<&'a SceneVoxels>,
-    /// Probes of the volume. `None` if the technique does not need them, or before they exist.
-    pub probes: Option<&'a SceneProbes>,
-    /// What all lights see: shadow maps and reflective shadow maps.
-    pub light_maps: &'a SceneLightMaps,
-    /// Changes whenever the direct light changes.
-    pub lighting: LightingVersion,
-    /// Units of stored light.
-    pub units: &'a LightUnits,
-    /// Depth as the primary camera saw it, in the frame before.
-    pub(crate) camera_depth: &'a CameraDepth,
-    /// Pipelines of the technique.
-    pub pipelines: &'a T::Pipelines,
-    /// All pipelines of the app.
-    pub cache: &'a PipelineCache,
-    /// Makes buffers, textures and bind groups.
-    pub device: &'a RenderDevice,
-    /// Writes buffers and textures.
-    pub queue: &'a RenderQueue,
-    /// Counts memory and work.
-    pub statistics: &'a GiStatistics,
-}
-
-/// Inputs of [`Cache::record`].
-#[derive(Clone, Copy)]
-pub struct Inputs<'a> {
-    /// Voxels of the volume, if any.
-    pub voxels: Option<&'a SceneVoxels>,
-    /// Probes of the volume, if any.
-    pub probes: Option<&'a SceneProbes>,
-    /// What all lights see: shadow maps and reflective shadow maps.
-    pub light_maps: &'a SceneLightMaps,
-    /// Bind group 1: the scene, with this volume.
-    pub scene: &'a BindGroup,
-}
-
-/// The light that a technique stores for one volume: a component of the volume's entity in the render world.
-///
-/// It is made once pipelines and inputs exist, and removed when no camera uses the technique any more.
-pub trait Cache<T: Technique>: Component<Mutability = Mutable> + Sized {
-    /// Allocates memory for a volume. `None` while an input is missing.
-    fn new(frame: &Frame<T>) -> Option<Self>;
-
-    /// Whether the memory is what [`new`](Self::new) would allocate. If not, the cache is made anew. Default: always.
-    fn fits(&self, _frame: &Frame<T>) -> bool {
-        true
-    }
-
-    /// Decides what this frame computes, and makes bind groups for it.
-    fn update(&mut self, frame: &Frame<T>) -> Activity;
-
-    /// Records the passes of this frame. Records none if nothing has changed. Default: none.
-    fn record(&self, _pipelines: &T::Pipelines, _inputs: Inputs, _recorder: &mut Recorder) {}
-
-    /// Bind group 2 of the gather and of the export. `None` before there is light to look up.
-    fn bind_group(&self) -> Option<&BindGroup>;
-}
-
-/// What a cache does in a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Activity {
-    /// How cameras treat their history while the light of the cache changes. `None` if it has settled.
-    pub settling: Option<Settling>,
-    /// Whether the probes of the volume trace other rays in the next frame.
-    pub look_again: bool,
-}
-
-impl Activity {
-    /// The light of the cache changes, and cameras accumulate at most that many frames of it.
-    pub const fn settling(history_frames: u32) -> Self {
-        Self {
-            settling: Some(Settling {
-                history_frames,
-                blur: 0,
-            }),
-            look_again: false,
-        }
-    }
-}
-
-/// How cameras treat their history while the light of a cache changes. A component of the volume's entity in
-/// the render world.
-#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settling {
-    /// Maximum number of accumulated frames meanwhile. As few as the noise of the gather allows.
-    pub history_frames: u32,
-    /// Gathered pixels that are added to the radius of the spatial filter meanwhile, against the noise of so
-    /// short a history.
-    pub blur: u32,
 }
 
 /// Run condition of all that is a technique's own: whether the device has what it needs.

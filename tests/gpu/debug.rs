@@ -1,7 +1,7 @@
 //! Debug views: each draws something, and what it draws is what it says.
 
 use bevy::{diagnostic::DiagnosticsStore, prelude::*};
-use bevy_gi::{GiSlice, GiStatistics, GiView, HintView, prelude::*};
+use bevy_gi::{GiSlice, GiStatistics, GiView, HintView, RadianceHintsDebugSettings, prelude::*};
 
 use crate::{
     common::{
@@ -170,10 +170,10 @@ fn views_show_what_they_say() {
         1e-6,
         "emission",
     );
-    let opacity = center(&view(GiView::VoxelOpacity)).x;
+    let opacity = center(&view(VoxelConeTracing::OPACITY)).x;
     assert!(opacity > 0.5, "voxel opacity: {opacity}");
     // Direct and bounced light of a red wall is red.
-    let radiance = center(&view(GiView::VoxelRadiance));
+    let radiance = center(&view(VoxelConeTracing::RADIANCE));
     assert!(radiance.x > 2.0 * radiance.y, "voxel radiance: {radiance}");
     let maps = view(GiView::ShadowMaps);
     let bright = maps.pixels.iter().filter(|p| p[0] > 0.05).count();
@@ -254,8 +254,12 @@ fn hints_show_what_they_are_made_of() {
     settle(&mut headless, 24);
     let plain = show(&mut headless, &target, |_| {});
     // Brightness of the pixels that differ from the picture without, and how many those are.
-    let mut spheres = |change: &dyn Fn(&mut GiDebugSettings)| {
-        let picture = show(&mut headless, &target, |debug| change(debug));
+    let mut spheres = |change: &dyn Fn(&mut GiDebugSettings, &mut RadianceHintsDebugSettings)| {
+        let world = headless.app.world_mut();
+        let mut own = world.resource::<RadianceHintsDebugSettings>().clone();
+        change(&mut world.resource_mut::<GiDebugSettings>(), &mut own);
+        world.insert_resource(own);
+        let picture = show(&mut headless, &target, |_| {});
         let pairs = picture.pixels.iter().zip(&plain.pixels);
         let differs = pairs.filter(|(a, b)| {
             let apart = (0..3).map(|c| (a[c] - b[c]).abs() / b[c].max(1e-3));
@@ -265,14 +269,14 @@ fn hints_show_what_they_are_made_of() {
         let (sum, count) = sums.fold((Vec3::ZERO, 0), |(sum, n), p| (sum + p, n + 1));
         (sum / count.max(1) as f32, count)
     };
-    let (light, many) = spheres(&|debug| {
-        debug.show_hints = true;
+    let (light, many) = spheres(&|debug, own| {
+        own.show = true;
         // The layer in the middle of the room.
         debug.slice = GiSlice::Z;
         debug.slice_at = 0.5;
     });
     assert!(many > 100, "{many} pixels of spheres");
-    let mut part = |hint_view| spheres(&|debug| debug.hint_view = hint_view).0;
+    let mut part = |hint_view| spheres(&|_, own| own.view = hint_view).0;
     let first = part(HintView::FirstBounce);
     let second = part(HintView::SecondBounce);
     assert!(part(HintView::Emission).max_element() < 1e-3);
@@ -293,17 +297,16 @@ fn hints_show_what_they_are_made_of() {
     let seen = part(HintView::Visibility);
     assert!((0.0..=1.0).contains(&seen.x), "{seen}");
 
-    let (_, taps) = spheres(&|debug| {
-        debug.show_hints = false;
-        debug.show_taps = true;
+    let (_, taps) = spheres(&|debug, own| {
+        own.show = false;
+        debug.show_picked = true;
         debug.pick_from = Vec3::new(0.0, 0.0, 1.8);
         debug.pick_to = Vec3::new(0.0, -0.5, -1.0);
     });
     assert!((4..600).contains(&taps), "{taps} pixels of taps");
-    let mut marks = |show_samples| {
+    let mut marks = |show_picked| {
         let picture = show(&mut headless, &target, |debug| {
-            debug.show_taps = false;
-            debug.show_samples = show_samples;
+            debug.show_picked = show_picked;
             debug.view = GiView::RsmDepth;
         });
         let marks = picture.pixels.iter();

@@ -3,8 +3,8 @@
 use bevy::prelude::*;
 use bevy_gi::{
     HintAlbedo, HintBounce, HintDepthTest, HintDisk, HintExchange, HintOcclusion,
-    HintReconstruction, HintSampling, HintTaps, HintView, ShOrder, prelude::*,
-    scene::probes::SceneProbes,
+    HintReconstruction, HintSampling, HintTaps, HintView, RadianceHintsDebugSettings, ShOrder,
+    prelude::*, scene::probes::SceneProbes,
 };
 
 use crate::{
@@ -425,8 +425,8 @@ fn every_mode_lights_a_room() {
             bounces: 3,
             ..default.clone()
         };
-        let mut debug = world.resource_mut::<GiDebugSettings>();
-        (debug.hint_view, debug.only_hint_view) = (hint_view, true);
+        let mut debug = world.resource_mut::<RadianceHintsDebugSettings>();
+        (debug.view, debug.only_view) = (hint_view, true);
         settle(&mut headless, 14);
         mean(&headless.picture(&target))
     });

@@ -17,9 +17,9 @@ use super::{
         GpuCarry, GpuHints, GpuStage, SLOT_BOUNCES, SLOT_EMISSION, SLOT_LIGHTS, SLOT_SKY, blocks,
         slots_of,
     },
+    view::RadianceHintsDebugSettings,
 };
 use crate::{
-    debug::GiDebugSettings,
     gpu::{compute::Recorder, statistics::Tracked},
     scene::{
         probes::{GpuProbes, SceneProbes},
@@ -90,9 +90,13 @@ pub(super) fn slot_count(settings: &RadianceHintsSettings) -> u32 {
 }
 
 /// The slots that light the picture, a bit each.
-fn shown_slots(gi: &GiSettings, debug: &GiDebugSettings, settings: &RadianceHintsSettings) -> u32 {
+fn shown_slots(
+    gi: &GiSettings,
+    debug: &RadianceHintsDebugSettings,
+    settings: &RadianceHintsSettings,
+) -> u32 {
     let slots = slot_count(settings);
-    let part = slots_of(debug.hint_view, slots).filter(|_| debug.only_hint_view);
+    let part = slots_of(debug.view, slots).filter(|_| debug.only_view);
     let shown = part.unwrap_or((1 << slots) - 1);
     match gi.replace_ambient {
         true => shown,

@@ -17,6 +17,7 @@ use super::{
     pipelines::{SLOTS, cache_layout, shader_defs},
     settings::RadianceHints,
     types::{GpuHintsView, GpuPicked, slots_of},
+    view::RadianceHintsDebugSettings,
 };
 use crate::{
     debug::{
@@ -67,11 +68,10 @@ enum Shown {
 impl Shown {
     const ALL: [Self; 3] = [Self::Hints, Self::Taps, Self::Samples];
 
-    fn is_wanted(self, debug: &GiDebugSettings) -> bool {
+    fn is_wanted(self, debug: &GiDebugSettings, own: &RadianceHintsDebugSettings) -> bool {
         match self {
-            Self::Hints => debug.show_hints,
-            Self::Taps => debug.show_taps,
-            Self::Samples => debug.show_samples,
+            Self::Hints => own.show,
+            Self::Taps | Self::Samples => debug.show_picked,
         }
     }
 }
@@ -171,7 +171,7 @@ fn show_hints(
     mut commands: Commands,
     volumes: Query<VolumeData>,
     shown: Query<(Entity, &ShownOf, Option<&DebugShapes>)>,
-    debug: Res<GiDebugSettings>,
+    (debug, own): (Res<GiDebugSettings>, Res<RadianceHintsDebugSettings>),
     maps: Res<SceneLightMaps>,
     view: Option<Res<HintsView>>,
     cache: Res<PipelineCache>,
@@ -180,21 +180,21 @@ fn show_hints(
 ) {
     let Some(view) = view else { return };
     for (entity, ShownOf(volume, what), _) in &shown {
-        if !what.is_wanted(&debug) || !volumes.contains(*volume) {
+        if !what.is_wanted(&debug, &own) || !volumes.contains(*volume) {
             commands.entity(entity).despawn();
         }
     }
-    if !Shown::ALL.iter().any(|what| what.is_wanted(&debug)) {
+    if !Shown::ALL.iter().any(|what| what.is_wanted(&debug, &own)) {
         return;
     }
     for (volume, voxels, probes, scene, hints) in &volumes {
         let Some(lookup) = hints.bind_group() else {
             continue;
         };
-        let slots = slots_of(debug.hint_view, hints.slots());
+        let slots = slots_of(own.view, hints.slots());
         let mut uniform = UniformBuffer::from(GpuHintsView {
             pick_from: debug.pick_from,
-            content: debug.hint_view as u32,
+            content: own.view as u32,
             pick_to: debug.pick_to,
             slots: hints.slots(),
             slice: debug.slice as u32,
@@ -246,7 +246,7 @@ fn show_hints(
             })
         };
         for what in Shown::ALL {
-            if !what.is_wanted(&debug) {
+            if !what.is_wanted(&debug, &own) {
                 continue;
             }
             let before = shown

@@ -52,6 +52,7 @@ mod pipelines;
 mod plan;
 mod settings;
 mod types;
+mod view;
 
 pub use cache::HintsCache;
 pub use pipelines::HintsPipelines;
@@ -60,13 +61,15 @@ pub use settings::{
     HintReconstruction, HintSampling, HintTaps, RadianceHints, RadianceHintsSettings, ShOrder,
 };
 
+pub use view::{HintView, RadianceHintsDebugSettings};
+
 use bevy::{
     app::App,
     asset::{AssetServer, embedded_asset, load_embedded_asset},
     shader::load_shader_library,
 };
 
-use super::{LookupShader, Technique};
+use super::{LookupShader, NoCache, Technique};
 use crate::{
     debug::DebugPlugin,
     gpu::{caps::DeviceNeeds, layout::GroupLayout},
@@ -82,8 +85,10 @@ impl Technique for RadianceHints {
         texture_3d: MAX_PROBES * types::blocks(ShOrder::Three),
     };
     type Settings = RadianceHintsSettings;
+    type Debug = RadianceHintsDebugSettings;
     type Pipelines = HintsPipelines;
     type Cache = HintsCache;
+    type ViewCache = NoCache;
 
     fn build(app: &mut App) {
         load_shader_library!(app, "types.wgsl");
@@ -127,8 +132,9 @@ impl Technique for RadianceHints {
         LookupShader::new(shader, "gather_hints", pipelines::shader_defs())
     }
 
-    fn export(server: &AssetServer) -> LookupShader {
+    fn export(server: &AssetServer) -> Option<LookupShader> {
         let shader = load_embedded_asset!(server, "export.wgsl");
-        LookupShader::new(shader, "export_hints", pipelines::shader_defs())
+        let shader = LookupShader::new(shader, "export_hints", pipelines::shader_defs());
+        Some(shader)
     }
 }

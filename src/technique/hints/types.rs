@@ -10,7 +10,7 @@ use super::settings::{
     HintAlbedo, HintBounce, HintDepthTest, HintDisk, HintExchange, HintOcclusion,
     HintReconstruction, HintSampling, HintTaps, RadianceHintsSettings, ShOrder,
 };
-use crate::debug::HintView;
+use super::view::HintView;
 
 /// Light of lamps that bounced once, from the virtual point lights.
 pub const SLOT_LIGHTS: u32 = 0;
@@ -210,7 +210,7 @@ pub struct GpuStage {
 /// What debug views show.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
 pub struct GpuHintsView {
-    /// As in the [settings](crate::GiDebugSettings).
+    /// As in [`GiDebugSettings`](crate::GiDebugSettings).
     pub pick_from: Vec3,
     /// A [`HintView`].
     pub content: u32,

@@ -12,16 +12,17 @@ use bevy::{
         render_resource::*,
         renderer::{RenderDevice, RenderQueue},
     },
+    shader::ShaderDefVal,
 };
 
 use super::{
     cache::VctCache,
-    pipelines::{cache_layout, shader_defs},
+    pipelines::{self, cache_layout},
     settings::VoxelConeTracing,
 };
 use crate::{
     debug::{
-        GiDebugSettings, Painter,
+        GiDebugSettings, GiView, ShownView,
         voxels::{GpuVoxelView, VoxelView, voxel_view_pass, voxel_view_uniform},
     },
     gpu::{
@@ -30,10 +31,40 @@ use crate::{
     },
     scene::bind_group::SceneBindGroup,
     schedule::GiPrepare,
-    technique::{Cache, possible},
+    technique::{Cache, TechniqueView, possible},
 };
 
 const NAME: &str = "gi/vct/show_cells";
+
+impl VoxelConeTracing {
+    /// Radiance of cells of voxels towards the viewer.
+    pub const RADIANCE: GiView = GiView::new("voxel-radiance");
+    /// Opacity of cells of voxels along the view direction, unexposed.
+    pub const OPACITY: GiView = GiView::new("voxel-opacity");
+}
+
+/// In the shader, a view is its place in this list.
+pub(super) const VIEWS: [TechniqueView; 2] = [
+    TechniqueView::cells(
+        VoxelConeTracing::RADIANCE,
+        "light that cells of voxels send to the viewer, exposed",
+        true,
+    ),
+    TechniqueView::cells(
+        VoxelConeTracing::OPACITY,
+        "opacity of cells along the view: black 0, white 1",
+        false,
+    ),
+];
+
+fn shader_defs() -> Vec<ShaderDefVal> {
+    let numbers = ["SHOW_RADIANCE", "SHOW_OPACITY"].into_iter().zip(0..);
+    let numbers = numbers.map(|(name, number)| ShaderDefVal::UInt(name.into(), number));
+    pipelines::shader_defs()
+        .into_iter()
+        .chain(numbers)
+        .collect()
+}
 
 #[derive(Resource)]
 struct CellsView {
@@ -59,9 +90,7 @@ impl Plugin for CellsViewPlugin {
                 Render,
                 show_cells
                     .in_set(GiPrepare::Composite)
-                    .run_if(|debug: Res<GiDebugSettings>| {
-                        debug.view.painter() == Painter::Technique
-                    }),
+                    .run_if(|shown: ShownView| VIEWS.iter().any(|own| own.view == shown.view())),
             );
     }
 }
@@ -92,7 +121,8 @@ fn show_cells(
     queue: Res<RenderQueue>,
 ) {
     let Some(view) = view else { return };
-    let uniform = voxel_view_uniform(&debug, &device, &queue);
+    let content = VIEWS.iter().position(|own| own.view == debug.view);
+    let uniform = voxel_view_uniform(content.unwrap_or(0) as u32, &debug, &device, &queue);
     for (entity, cells, scene) in &volumes {
         let Some(lookup) = cells.bind_group() else {
             continue;

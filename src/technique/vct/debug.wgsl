@@ -29,7 +29,7 @@ fn occupied(cell: vec3<u32>, level: u32) -> bool {
 
 fn content(cubes: Cubes) -> vec3<f32> {
     let value = load_cell(vec3<u32>(cubes.cell), cubes.level, cubes.axis, cubes.negative);
-    if shown.content == #{VIEW_VOXEL_OPACITY}u {
+    if shown.content == #{SHOW_OPACITY}u {
         return vec3(value.a);
     }
     return value.rgb / max(value.a, 1e-4) * cones.unit * view.exposure;

@@ -53,7 +53,7 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use super::{LookupShader, Technique};
+use super::{LookupShader, NoCache, NoDebug, Technique, TechniqueView};
 use crate::{
     debug::DebugPlugin,
     gpu::{caps::DeviceNeeds, layout::GroupLayout},
@@ -68,10 +68,12 @@ impl Technique for VoxelConeTracing {
         storage_textures: 2,
         texture_3d: MAX_RESOLUTION / 2 * types::DIRECTIONS,
     };
-    const VIEWS: &'static [&'static str] = &["voxel-radiance", "voxel-opacity"];
+    const VIEWS: &'static [TechniqueView] = &debug::VIEWS;
     type Settings = VoxelConeTracingSettings;
+    type Debug = NoDebug;
     type Pipelines = VctPipelines;
     type Cache = VctCache;
+    type ViewCache = NoCache;
 
     fn build(app: &mut App) {
         load_shader_library!(app, "types.wgsl");
@@ -104,8 +106,9 @@ impl Technique for VoxelConeTracing {
         LookupShader::new(shader, "gather_vct", pipelines::shader_defs())
     }
 
-    fn export(server: &AssetServer) -> LookupShader {
+    fn export(server: &AssetServer) -> Option<LookupShader> {
         let shader = load_embedded_asset!(server, "export.wgsl");
-        LookupShader::new(shader, "export_vct", pipelines::shader_defs())
+        let shader = LookupShader::new(shader, "export_vct", pipelines::shader_defs());
+        Some(shader)
     }
 }
