@@ -9,7 +9,7 @@ use std::f32::consts::PI;
 
 use bevy::math::{Mat3, Vec2, Vec3};
 
-use super::{DiffuseModel, ReferenceSettings, SpecularModel};
+use super::settings::{DiffuseModel, ReferenceSettings, SpecularModel};
 
 /// The BRDF of a point of a surface.
 #[derive(Clone, Copy, Debug)]

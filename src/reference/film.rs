@@ -2,7 +2,27 @@
 
 use bevy::math::{DVec3, UVec2, Vec3};
 
-use super::{ReferenceView, integrator::Sample};
+use super::integrator::Sample;
+
+/// A component of the result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ReferenceView {
+    /// All light, nits.
+    #[default]
+    Full,
+    /// What a camera shows without global illumination, nits.
+    Direct,
+    /// All light but the direct light, nits.
+    Indirect,
+    /// Indirect light that the first surface reflects diffusely, nits.
+    Diffuse,
+    /// Indirect light that the first surface reflects specularly, nits.
+    Specular,
+    /// Diffuse albedo of the first surface.
+    Albedo,
+    /// Shading normal of the first surface in world space.
+    Normal,
+}
 
 /// Sums over the paths of a pixel.
 #[derive(Clone, Copy, Default)]

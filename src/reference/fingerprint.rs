@@ -6,14 +6,25 @@ use std::{
 };
 
 /// What is hashed besides: another path tracer makes another picture.
-const SOURCES: [&str; 8] = [
+const SOURCES: [&str; 19] = [
     include_str!("bsdf.rs"),
+    include_str!("distribution.rs"),
+    include_str!("emitters.rs"),
     include_str!("film.rs"),
     include_str!("geometry.rs"),
     include_str!("integrator.rs"),
     include_str!("lights.rs"),
+    include_str!("material.rs"),
+    include_str!("picture.rs"),
     include_str!("sampler.rs"),
-    include_str!("scene.rs"),
+    include_str!("scene/layers.rs"),
+    include_str!("scene/lights.rs"),
+    include_str!("scene/materials.rs"),
+    include_str!("scene/meshes.rs"),
+    include_str!("scene/mod.rs"),
+    include_str!("scene/sky.rs"),
+    include_str!("scene/warnings.rs"),
+    include_str!("sky.rs"),
     include_str!("texture.rs"),
 ];
 
@@ -39,7 +50,33 @@ pub(super) fn of(value: &impl Debug) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use std::{fs, path::Path};
+
     use super::*;
+
+    /// All but those whose values are hashed anyway, or that say nothing about light.
+    #[test]
+    fn every_source_counts() {
+        const OTHERS: [&str; 3] = ["fingerprint.rs", "mod.rs", "settings.rs"];
+        let folder = Path::new("src/reference");
+        let read = |path: &Path| {
+            fs::read_dir(path)
+                .unwrap()
+                .map(|entry| entry.unwrap().path())
+        };
+        let top = read(folder).filter(|path| {
+            let name = path.file_name().unwrap().to_str().unwrap();
+            path.is_file() && !OTHERS.contains(&name)
+        });
+        for path in top.chain(read(&folder.join("scene"))) {
+            let text = fs::read_to_string(&path).unwrap();
+            assert!(
+                SOURCES.contains(&&text[..]),
+                "{} is left out",
+                path.display()
+            );
+        }
+    }
 
     #[test]
     fn every_bit_counts() {

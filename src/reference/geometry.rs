@@ -1,5 +1,7 @@
 //! Triangles, and rays through them.
 
+use std::ops::{Add, Mul};
+
 use bevy::math::{Vec2, Vec3, Vec3A};
 use obvhs::{
     BvhBuildParams,
@@ -62,6 +64,23 @@ impl Face {
     pub fn area(&self) -> f32 {
         0.5 * self.cross().length()
     }
+
+    /// Whether it is met from `direction` at all.
+    pub fn is_met(&self, direction: Vec3) -> bool {
+        if self.cross().dot(direction) < 0.0 {
+            self.facing.front
+        } else {
+            self.facing.back
+        }
+    }
+}
+
+/// Linear interpolation between the corners of a triangle; `at` are the weights of the second and the third.
+pub(super) fn mix<T>([a, b, c]: [T; 3], at: Vec2) -> T
+where
+    T: Mul<f32, Output = T> + Add<Output = T>,
+{
+    a * (1.0 - at.x - at.y) + b * at.x + c * at.y
 }
 
 /// Where a ray meets a face.
@@ -132,6 +151,12 @@ impl Geometry {
             seen: differs.then(|| tree(&|_| true)),
             faces,
         }
+    }
+
+    /// Metres from the origin to the farthest corner.
+    pub fn radius(&self) -> f32 {
+        let corners = self.faces.iter().flat_map(|face| face.corners);
+        corners.fold(0.0, |r, p| r.max(p.length()))
     }
 
     fn tree(&self, segment: &Segment) -> &Tree {

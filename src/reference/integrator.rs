@@ -3,12 +3,13 @@
 use bevy::math::{Mat4, UVec2, Vec2, Vec3};
 
 use super::{
-    ReferenceSettings,
     bsdf::Bsdf,
     geometry::{Segment, off_surface},
     lights::Arrival,
+    material::Vertex,
     sampler::Sampler,
-    scene::{ReferenceScene, Vertex},
+    scene::ReferenceScene,
+    settings::ReferenceSettings,
 };
 
 /// What is seen through a camera, and from where.
@@ -122,7 +123,8 @@ pub(super) fn trace(
                     .dot(segment.direction)
                     .abs()
                     .max(1e-6);
-                let per_area = scene.light_choice_of_emitters() * scene.emitter_density(hit.face);
+                let per_area = scene.light_choice_of_emitters()
+                    * scene.emitters.density(&scene.geometry, hit.face);
                 let other = per_area * hit.distance * hit.distance / cos;
                 let w = balance(pdf, other);
                 out.diffuse += t.diffuse * vertex.emission * w;
@@ -279,11 +281,11 @@ impl ReferenceScene {
     }
 
     fn arrive_from_emitter(&self, p: Vec3, u: [f32; 2]) -> Option<Arrival> {
-        let (hit, q, per_area) = self.emitter(u);
+        let (hit, q, per_area) = self.emitters.sample(&self.geometry, u);
         let to = q - p;
         let distance = to.length();
         let direction = to.try_normalize()?;
-        if !self.is_met(hit.face, direction) || !self.is_opaque(&hit) {
+        if !self.geometry.faces[hit.face as usize].is_met(direction) || !self.is_opaque(&hit) {
             return None;
         }
         let there = self.vertex(&hit, direction);

@@ -1,102 +1,29 @@
-//! Memory of the probes, and whether they must look at the scene again.
+//! Memory and bind groups of the probes.
 
 use bevy::{
     ecs::prelude::*,
     log::warn,
-    math::{UVec3, Vec3, Vec4, bounding::BoundingVolume},
+    math::{UVec3, Vec4},
     render::{
-        Extract,
         render_resource::*,
         renderer::{RenderDevice, RenderQueue},
-        sync_world::RenderEntity,
     },
-    transform::components::GlobalTransform,
 };
 
 use super::{
+    extract::ExtractedProbeSet,
     pipelines::{GpuProbePass, ProbePipelines},
+    plan::{self, Content, Memory, Plan, Shape},
     types::GpuProbes,
 };
-use crate::scene::volume::probe_set::{Lattice, ProbePin, ProbePlacement, ProbeSet};
 use crate::{
     gpu::statistics::{GiStatistics, Tracked},
     scene::{
-        bounds::overlaps,
         needs::SceneNeeds,
-        volume::{ExtractedVolume, GiVolume, Grid, VolumeGrid},
+        volume::{ExtractedVolume, Grid, Lattice, ProbeSet},
         voxels::SceneVoxels,
-        world::casters::SceneCasters,
     },
 };
-
-/// Most probes of a volume that are placed by hand.
-const MAX_PINS: usize = 256;
-
-/// Where the probes of a volume stand, in the render world.
-#[derive(Component, Clone)]
-pub(crate) struct ExtractedProbeSet {
-    set: ProbeSet,
-    /// Of the volume.
-    moves: bool,
-    /// The box around all meshes, where only its cells have probes.
-    around: Option<(Vec3, Vec3)>,
-    /// Places by hand.
-    pins: Vec<Vec4>,
-}
-
-impl ExtractedProbeSet {
-    /// The lattice in a volume's grid: as fine as the set wants it, or as `most` probes allow.
-    fn lattice(&self, grid: &Grid, most: u64) -> Lattice {
-        let with = |resolution| {
-            let set = self.set.with_resolution(resolution);
-            let all = match self.moves {
-                true => Lattice::moving(&set, grid),
-                false => Lattice::new(&set, grid),
-            };
-            self.around.map_or(all, |(min, max)| all.around(min, max))
-        };
-        (1..=self.set.resolution)
-            .rev()
-            .map(with)
-            .find(|lattice| u64::from(lattice.count()) <= most)
-            .unwrap_or_else(|| with(1))
-    }
-}
-
-type VolumeSet<'a> = (
-    RenderEntity,
-    &'a GiVolume,
-    &'a VolumeGrid,
-    Option<&'a ProbeSet>,
-);
-
-pub(super) fn extract_sets(
-    mut commands: Commands,
-    volumes: Extract<Query<VolumeSet>>,
-    casters: Extract<Res<SceneCasters>>,
-    pins: Extract<Query<&GlobalTransform, With<ProbePin>>>,
-) {
-    for (entity, volume, grid, set) in &volumes {
-        let Some(grid) = grid.0 else { continue };
-        let set = set.copied().unwrap_or_default();
-        let bounds = grid.bounds();
-        let around = (set.placement == ProbePlacement::Automatic).then(|| {
-            let inside = casters.casters.iter().map(|caster| caster.bounds);
-            let inside = inside.filter(|caster| overlaps(caster, &bounds));
-            let all = inside.reduce(|a, b| a.merge(&b)).unwrap_or(bounds);
-            (Vec3::from(all.min), Vec3::from(all.max))
-        });
-        let (min, max) = (Vec3::from(bounds.min), Vec3::from(bounds.max));
-        let pins = pins.iter().map(GlobalTransform::translation);
-        let pins = pins.filter(|pin| pin.cmpge(min).all() && pin.cmple(max).all());
-        commands.entity(entity).insert(ExtractedProbeSet {
-            set,
-            moves: volume.follow_camera,
-            around,
-            pins: pins.take(MAX_PINS).map(|pin| pin.extend(0.0)).collect(),
-        });
-    }
-}
 
 /// On a volume's entity while whoever reads its probes wants them to look along other rays in each frame.
 #[derive(Component, Clone, Copy, Debug, Default)]
@@ -169,6 +96,78 @@ impl SceneProbes {
         let mut uniform = UniformBuffer::from(self.gpu());
         uniform.write_buffer(device, queue);
         uniform
+    }
+
+    /// What decides the sizes of their buffers.
+    fn shape(&self) -> Shape {
+        Shape::new(&self.set, &self.lattice)
+    }
+
+    /// What they have seen.
+    fn content(&self) -> Content<'_> {
+        Content {
+            voxels: self.version,
+            set: self.set,
+            lattice: self.lattice,
+            pins: &self.pins,
+        }
+    }
+
+    /// From now on they see `content`, along the rays of `round`.
+    fn show(&mut self, content: &Content, round: u32, device: &RenderDevice, queue: &RenderQueue) {
+        if self.pins != content.pins || self.places.buffer().is_none() {
+            self.pins = content.pins.to_vec();
+            let padded = match content.pins {
+                [] => vec![Vec4::ZERO],
+                pins => pins.to_vec(),
+            };
+            self.places.set(padded);
+            self.places.write_buffer(device, queue);
+        }
+        self.version = content.voxels;
+        self.set = content.set;
+        self.lattice = content.lattice;
+        self.round = round;
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "what rays depend on")]
+    fn job(
+        &self,
+        plan: Plan,
+        volume: &ExtractedVolume,
+        voxels: &SceneVoxels,
+        pipelines: &ProbePipelines,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) -> ProbeJob {
+        let mut uniform = UniformBuffer::from(GpuProbePass {
+            volume: volume.gpu(),
+            probes: self.gpu(),
+            pins: self.pins.len() as u32,
+        });
+        uniform.write_buffer(device, queue);
+        let look = pipelines
+            .look_layout
+            .bind(device, cache)
+            .with("brick_map", voxels.brick_map().as_entire_binding())
+            .with("occupancy", voxels.occupancy.as_entire_binding())
+            .with("pool", voxels.pool.as_entire_binding())
+            .with("pass_", &uniform)
+            .with("offsets", self.offsets.as_entire_binding())
+            .with("hits", self.hits.as_entire_binding())
+            .with("pins", &self.places)
+            .build();
+        let moments = plan.places.then(|| {
+            pipelines
+                .moments_layout
+                .bind(device, cache)
+                .with("probes", &self.uniform(device, queue))
+                .with("hits", self.hits.as_entire_binding())
+                .with("moments", &*self.moments)
+                .build()
+        });
+        ProbeJob { look, moments }
     }
 
     fn new(
@@ -251,88 +250,57 @@ pub(crate) fn prepare_probes(
         .max_storage_buffer_binding_size
         .min(limits.max_buffer_size);
     let mut count = 0;
-    for (entity, volume, set, voxels, probes, again) in &mut volumes {
+    for (entity, volume, wanted, voxels, probes, again) in &mut volumes {
         let Some(voxels) = voxels.filter(|_| needs.probes) else {
             // Nobody looks: the memory is given back.
             commands.entity(entity).remove::<SceneProbes>();
             continue;
         };
-        let hits = 8 * set.set.ray_side().pow(2);
-        let most = largest / u64::from(needs.probe_bytes.max(hits));
-        let lattice = set.lattice(&voxels.grid, most);
-        let ExtractedProbeSet { set, pins, .. } = set;
-        let set = *set;
+        let ExtractedProbeSet { placement, pins } = wanted;
+        let set = placement.set;
+        let most = placement.most(largest, needs.probe_bytes);
+        let lattice = placement.lattice(&voxels.grid, most);
+        let there = probes.as_deref().map(SceneProbes::shape);
+        let shape = Shape::new(&set, &lattice);
+        let memory = plan::memory(there, shape, ready && voxels.version > 0);
+        let new = || SceneProbes::new(set, lattice, &device, &statistics);
         let Some(mut probes) = probes else {
-            if ready && voxels.version > 0 {
-                let new = SceneProbes::new(set, lattice, &device, &statistics);
-                commands.entity(entity).insert(new);
+            if memory == Memory::Allocate {
+                commands.entity(entity).insert(new());
             }
             continue;
         };
         count += u64::from(lattice.count());
-        let same = (probes.set.rays, probes.lattice.dims) == (set.rays, lattice.dims);
-        if !same {
-            *probes = SceneProbes::new(set, lattice, &device, &statistics);
-            let size = voxels.grid.size().max_element();
-            if lattice.cell > 1.001 * size / set.resolution as f32 {
-                let warning = format!(
-                    "{} probes along a volume are too many for a buffer of this device: there are {:.0}",
-                    set.resolution,
-                    size / lattice.cell
-                );
-                warn!("{warning}");
-                statistics.warn(vec![warning]);
-            }
+        if memory == Memory::Allocate {
+            *probes = new();
+            warn_of_coarseness(&statistics, &set, &lattice, &voxels.grid);
         }
-        let moved = (probes.set, probes.lattice, &probes.pins) != (set, lattice, pins);
-        let captured = probes.version != voxels.version || moved;
-        probes.set = set;
-        probes.lattice = lattice;
-        if probes.pins != *pins || probes.places.buffer().is_none() {
-            probes.pins.clone_from(pins);
-            let padded = match pins[..] {
-                [] => vec![Vec4::ZERO],
-                _ => pins.clone(),
-            };
-            probes.places.set(padded);
-            probes.places.write_buffer(&device, &queue);
-        }
-        probes.job = None;
-        if captured {
-            probes.round = 0;
-        } else if again {
-            probes.round += 1;
-        } else {
-            continue;
-        }
-        probes.version = voxels.version;
-        let mut uniform = UniformBuffer::from(GpuProbePass {
-            volume: volume.gpu(),
-            probes: probes.gpu(),
-            pins: pins.len() as u32,
+        let now = Content {
+            voxels: voxels.version,
+            set,
+            lattice,
+            pins,
+        };
+        let plan = plan::plan(&probes.content(), &now, probes.round, again);
+        probes.job = plan.map(|plan| {
+            probes.show(&now, plan.round, &device, &queue);
+            probes.job(plan, volume, voxels, &pipelines, &cache, &device, &queue)
         });
-        uniform.write_buffer(&device, &queue);
-        let look = pipelines
-            .look_layout
-            .bind(&device, &cache)
-            .with("brick_map", voxels.brick_map().as_entire_binding())
-            .with("occupancy", voxels.occupancy.as_entire_binding())
-            .with("pool", voxels.pool.as_entire_binding())
-            .with("pass_", &uniform)
-            .with("offsets", probes.offsets.as_entire_binding())
-            .with("hits", probes.hits.as_entire_binding())
-            .with("pins", &probes.places)
-            .build();
-        let moments = captured.then(|| {
-            pipelines
-                .moments_layout
-                .bind(&device, &cache)
-                .with("probes", &probes.uniform(&device, &queue))
-                .with("hits", probes.hits.as_entire_binding())
-                .with("moments", &*probes.moments)
-                .build()
-        });
-        probes.job = Some(ProbeJob { look, moments });
     }
     statistics.count("scene/probes", count);
+}
+
+/// There are fewer probes than wanted.
+fn warn_of_coarseness(statistics: &GiStatistics, set: &ProbeSet, lattice: &Lattice, grid: &Grid) {
+    let size = grid.size().max_element();
+    if lattice.cell <= 1.001 * size / set.resolution as f32 {
+        return;
+    }
+    let warning = format!(
+        "{} probes along a volume are too many for a buffer of this device: there are {:.0}",
+        set.resolution,
+        size / lattice.cell
+    );
+    warn!("{warning}");
+    statistics.warn(vec![warning]);
 }

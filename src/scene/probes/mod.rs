@@ -22,8 +22,10 @@
 //! irradiance; Donnelly and Lauritzen 2006 for the bound). Probes inside of something do not count.
 
 mod cache;
+mod extract;
 mod passes;
 mod pipelines;
+mod plan;
 mod types;
 
 pub use super::volume::Lattice;
@@ -65,12 +67,12 @@ impl Plugin for ProbesPlugin {
             return;
         };
         render_app
-            .add_observer(with_volume::<(SceneProbes, cache::ExtractedProbeSet, LookAgain)>)
+            .add_observer(with_volume::<(SceneProbes, extract::ExtractedProbeSet, LookAgain)>)
             .add_systems(
                 RenderStartup,
                 pipelines::init_probe_pipelines.run_if(supported),
             )
-            .add_systems(ExtractSchedule, cache::extract_sets)
+            .add_systems(ExtractSchedule, extract::extract_sets)
             .add_systems(
                 Render,
                 cache::prepare_probes

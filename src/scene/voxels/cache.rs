@@ -1,50 +1,33 @@
-//! Memory of a volume's voxels, its three capture views, and whether it must be captured again.
+//! Memory and bind groups of a volume's voxels.
 
 use bevy::{
-    camera::Exposure,
     ecs::prelude::*,
     log::warn_once,
-    math::{Mat4, UVec2, Vec3},
+    math::Vec3,
     render::{
-        Extract,
-        batching::gpu_preprocessing::GpuPreprocessingSupport,
         render_resource::*,
         renderer::{RenderDevice, RenderQueue},
     },
-    transform::components::Transform,
 };
 
 use super::{
     pipelines::{VoxelCapture, VoxelPipelines},
-    types::{BRICK_VOXELS, GpuVoxelize, SUPERSAMPLING, VoxelizeStep, WORDS, argument, counter},
+    plan::{self, Content, Demand, Memory, Pool, Progress, Views},
+    types::{BRICK_VOXELS, GpuVoxelize, VoxelizeStep, WORDS, argument, counter},
+    views::{ExtractedContent, view_size},
 };
 use crate::{
-    camera::PrimaryGiCamera,
     gpu::{
         readback::Readback,
         statistics::{GiStatistics, Tracked},
     },
     scene::{
-        bounds::overlaps,
         needs::SceneNeeds,
-        views::{CapturePhases, CaptureQueue, CaptureViews, WantedView, sync_views},
-        volume::{ExtractedVolume, Grid, VolumeGrid},
-        world::casters::SceneCasters,
+        views::{CaptureQueue, CaptureViews},
+        volume::{ExtractedVolume, Grid},
     },
-    settings::{EmissiveUnits, GiCaptureSettings, GiSettings},
+    settings::GiCaptureSettings,
 };
-
-/// Everything whose change makes the voxels wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Content {
-    casters: u64,
-    /// See [`GpuVoxelize::emission`].
-    emission: Vec3,
-}
-
-/// What [`prepare_voxels`] must know of the main world.
-#[derive(Resource, Clone, Copy)]
-pub(crate) struct ExtractedContent(Content);
 
 /// The voxels of a volume, in the render world. See the [module](super) for the layout.
 #[derive(Component)]
@@ -76,9 +59,7 @@ pub struct SceneVoxels {
     pub(crate) capacity: u32,
     /// Grows with every capture.
     pub version: u64,
-    captured: Option<(Content, Grid)>,
-    /// Whether a mesh was missing then, as its assets were.
-    waits: bool,
+    progress: Progress,
     /// [`counter`] as it was some frames ago.
     pub(crate) readback: Readback,
     /// Voxels with a surface, as of the last read-back.
@@ -102,85 +83,6 @@ pub(crate) struct VoxelJob {
     pub targets: [TextureView; 3],
 }
 
-/// Size of an axis' view, samples.
-fn view_size(grid: &Grid, axis: usize) -> UVec2 {
-    let d = grid.dims * SUPERSAMPLING;
-    [
-        UVec2::new(d.z, d.y),
-        UVec2::new(d.x, d.z),
-        UVec2::new(d.x, d.y),
-    ][axis]
-}
-
-/// The orthographic view from the positive side of an axis onto the whole grid.
-fn axis_view(grid: &Grid, axis: usize) -> (Mat4, Transform) {
-    let size = grid.size();
-    let (direction, up) = [(Vec3::X, Vec3::Y), (Vec3::Y, Vec3::Z), (Vec3::Z, Vec3::Y)][axis];
-    let (width, height, depth) = [
-        (size.z, size.y, size.x),
-        (size.x, size.z, size.y),
-        (size.x, size.y, size.z),
-    ][axis];
-    let (w, h) = (0.5 * width, 0.5 * height);
-    let eye = Transform::from_translation(grid.center() + direction * 0.5 * depth)
-        .looking_to(-direction, up);
-    // Reverse-Z: near and far are swapped.
-    (Mat4::orthographic_rh(-w, w, -h, h, depth, 0.0), eye)
-}
-
-#[allow(clippy::too_many_arguments, reason = "a system's parameters")]
-pub(crate) fn extract_voxel_views(
-    mut commands: Commands,
-    volumes: Extract<Query<(Entity, &VolumeGrid)>>,
-    casters: Extract<Res<SceneCasters>>,
-    settings: Extract<Res<GiSettings>>,
-    (primary, exposures): (Extract<Res<PrimaryGiCamera>>, Extract<Query<&Exposure>>),
-    mut views: ResMut<CaptureViews<VoxelCapture>>,
-    mut phases: ResMut<CapturePhases<VoxelCapture>>,
-    support: Res<GpuPreprocessingSupport>,
-    needs: Res<SceneNeeds>,
-) {
-    let mut wanted = Vec::new();
-    for (owner, grid) in volumes.iter().filter(|_| needs.voxels) {
-        let Some(grid) = grid.0 else { continue };
-        let bounds = grid.bounds();
-        let meshes: Vec<_> = casters
-            .casters
-            .iter()
-            .filter(|caster| overlaps(&caster.bounds, &bounds))
-            .map(|caster| caster.entity)
-            .collect();
-        for axis in 0..3 {
-            let (clip_from_view, world_from_view) = axis_view(&grid, axis);
-            wanted.push(WantedView {
-                owner,
-                index: axis as u32,
-                clip_from_view,
-                world_from_view,
-                size: view_size(&grid, axis),
-                meshes: meshes.clone(),
-            });
-        }
-    }
-    sync_views(&mut commands, &mut views, &mut phases, &support, wanted);
-
-    // Bevy shows `emissive * mix(1, exposure, weight)`, and light as `nits * exposure`.
-    let exposure = primary
-        .0
-        .and_then(|camera| exposures.get(camera).ok().copied())
-        .unwrap_or_default()
-        .exposure()
-        .max(1e-12);
-    let (weight_0, weight_1, unlit) = match settings.emissive_units {
-        EmissiveUnits::AsSeen => (1.0 / exposure, 1.0, 1.0 / exposure),
-        EmissiveUnits::Nits => (1.0, 1.0, 0.0),
-    };
-    commands.insert_resource(ExtractedContent(Content {
-        casters: casters.version,
-        emission: Vec3::new(weight_0, weight_1, unlit),
-    }));
-}
-
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub(crate) fn prepare_voxels(
     mut commands: Commands,
@@ -196,69 +98,61 @@ pub(crate) fn prepare_voxels(
     statistics: Res<GiStatistics>,
     needs: Res<SceneNeeds>,
 ) {
-    if !needs.voxels {
-        // Nobody looks: the memory is given back.
-        for (entity, ..) in &volumes {
-            commands.entity(entity).remove::<SceneVoxels>();
-        }
-        return;
-    }
     let ready = pipelines.ready(&cache);
-    let pipelines_ready = views.ready(&cache);
+    let compiled = views.ready(&cache);
+    let slot = 4 * WORDS * BRICK_VOXELS;
+    let most = device.limits().max_storage_buffer_binding_size / u64::from(slot);
     for (entity, volume, voxels) in &mut volumes {
+        let grid = volume.grid;
+        let demand = needs.voxels.then_some(Demand { grid, most, ready });
+        let memory = plan::memory(voxels.as_deref().map(SceneVoxels::slots), demand);
+        let new = |capacity| SceneVoxels::new(grid, capacity, &device, &statistics);
         let Some(mut voxels) = voxels else {
-            if ready {
-                let new = SceneVoxels::new(volume.grid, None, &device, &statistics);
-                commands.entity(entity).insert(new);
+            if let Memory::Allocate(capacity) = memory {
+                commands.entity(entity).insert(new(capacity));
             }
             continue;
         };
-        if voxels.grid.dims != volume.grid.dims {
-            voxels.replace(SceneVoxels::new(volume.grid, None, &device, &statistics));
-        }
-        if voxels.missing > 0 {
-            let needed = voxels.capacity + voxels.missing;
-            let capacity = needed + needed / 8;
-            let larger = SceneVoxels::new(volume.grid, Some(capacity), &device, &statistics);
-            voxels.missing = 0;
-            if larger.capacity > voxels.capacity {
-                voxels.replace(larger);
-            } else {
-                let warning = format!(
-                    "a GiVolume holds more surfaces ({needed} bricks of 4x4x4 voxels) than a buffer \
-                     of this adapter ({} bricks): some are left out; lower its resolution",
-                    voxels.capacity
-                );
-                warn_once!("{warning}");
-                statistics.warn(vec![warning]);
+        match memory {
+            Memory::Keep => {}
+            Memory::Release => {
+                commands.entity(entity).remove::<SceneVoxels>();
+                continue;
             }
+            Memory::Allocate(capacity) => voxels.replace(new(capacity)),
+            Memory::Short(needed) => warn_of_lack(&statistics, needed, voxels.capacity),
         }
+        voxels.missing = 0;
         voxels.job = None;
-        let wanted = (content.0, volume.grid);
-        let any = |what: fn(&CaptureViews<VoxelCapture>, Entity, u32) -> bool| {
-            (0..3).any(|axis| what(&views, volume.main.id(), axis))
+        let owner = volume.main.id();
+        let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(|axis| views.get(owner, axis)) else {
+            continue;
         };
-        let frozen = settings.freeze && voxels.captured.is_some() && !voxels.waits;
-        let changed = any(CaptureViews::changed);
-        if frozen || (voxels.captured == Some(wanted) && !changed) {
+        let any = |what: fn(&CaptureViews<VoxelCapture>, Entity, u32) -> bool| {
+            (0..3).any(|axis| what(&views, owner, axis))
+        };
+        let now = Content {
+            casters: content.casters,
+            emission: content.emission,
+            grid,
+        };
+        let drawn = Views {
+            compiled,
+            changed: any(CaptureViews::changed),
+            waits: any(CaptureViews::waits),
+        };
+        if !voxels.progress.step(now, drawn, settings.freeze) {
             continue;
         }
-        let axes = [0, 1, 2].map(|axis| views.get(volume.main.id(), axis));
-        let [Some(x), Some(y), Some(z)] = axes else {
-            continue;
-        };
         queue.0.extend([x, y, z]);
-        // While pipelines are compiled, the scene is captured each frame: it grows complete.
-        voxels.captured = (pipelines_ready && !changed).then_some(wanted);
-        voxels.waits = any(CaptureViews::waits);
         voxels.version += 1;
         voxels.current = 1 - voxels.current;
         voxels.previous_grid = voxels.grid;
-        voxels.grid = volume.grid;
+        voxels.grid = grid;
         let job = voxels.job(
             [x, y, z],
             volume,
-            content.0.emission,
+            content.emission,
             &pipelines,
             &cache,
             &device,
@@ -266,6 +160,16 @@ pub(crate) fn prepare_voxels(
         );
         voxels.job = Some(job);
     }
+}
+
+/// Some surfaces are left out.
+fn warn_of_lack(statistics: &GiStatistics, needed: u32, capacity: u32) {
+    let warning = format!(
+        "a GiVolume holds more surfaces ({needed} bricks of 4x4x4 voxels) than a buffer of this adapter \
+         ({capacity} bricks): some are left out; lower its resolution"
+    );
+    warn_once!("{warning}");
+    statistics.warn(vec![warning]);
 }
 
 /// Hears from the GPU how many bricks and voxels the last captures filled, and how brightly the brightest shines.
@@ -286,24 +190,14 @@ pub(crate) fn read_counts(mut volumes: Query<&mut SceneVoxels>, statistics: Res<
 }
 
 impl SceneVoxels {
-    /// Room for `capacity` bricks, or for what scenes usually need.
-    fn new(
-        grid: Grid,
-        capacity: Option<u32>,
-        device: &RenderDevice,
-        statistics: &GiStatistics,
-    ) -> Self {
+    /// Room for `capacity` bricks of a grid.
+    fn new(grid: Grid, capacity: u32, device: &RenderDevice, statistics: &GiStatistics) -> Self {
         let bricks = grid.bricks().element_product();
-        // Surfaces fill bricks with the square of the resolution, volumes have its cube: a quarter
-        // is enough for most scenes. Where it is not, `read_counts` finds out.
-        let wanted = capacity.unwrap_or((bricks / 4).clamp(2048, 65536));
-        let limit =
-            device.limits().max_storage_buffer_binding_size / u64::from(4 * WORDS * BRICK_VOXELS);
-        let capacity = u64::from(wanted.min(bricks)).min(limit);
+        let slots = u64::from(capacity);
         let buffer = |name, words: u64, usage: BufferUsages| {
             statistics.storage_buffer(device, name, words, usage)
         };
-        let voxels = capacity * u64::from(BRICK_VOXELS);
+        let voxels = slots * u64::from(BRICK_VOXELS);
         let none = BufferUsages::empty();
         Self {
             grid,
@@ -321,9 +215,9 @@ impl SceneVoxels {
                 voxels * u64::from(WORDS),
                 BufferUsages::COPY_SRC,
             ),
-            occupancy: buffer("scene/voxels/occupancy", 2 * capacity, none),
-            brick_list: buffer("scene/voxels/brick_list", capacity, none),
-            emission_levels: buffer("scene/voxels/emission_levels", capacity, none),
+            occupancy: buffer("scene/voxels/occupancy", 2 * slots, none),
+            brick_list: buffer("scene/voxels/brick_list", slots, none),
+            emission_levels: buffer("scene/voxels/emission_levels", slots, none),
             voxel_list: buffer("scene/voxels/voxel_list", voxels, none),
             counters: buffer(
                 "scene/voxels/counters",
@@ -335,10 +229,9 @@ impl SceneVoxels {
                 argument::WORDS.into(),
                 BufferUsages::INDIRECT,
             ),
-            capacity: capacity as u32,
+            capacity,
             version: 0,
-            captured: None,
-            waits: false,
+            progress: Progress::default(),
             readback: Readback::new(device, counter::SLICE_COUNT),
             occupied: 0,
             missing: 0,
@@ -352,6 +245,15 @@ impl SceneVoxels {
         new.version = self.version;
         new.brightest = self.brightest;
         *self = new;
+    }
+
+    /// The pool, as the plan sees it.
+    fn slots(&self) -> Pool {
+        Pool {
+            dims: self.grid.dims,
+            capacity: self.capacity,
+            missing: self.missing,
+        }
     }
 
     /// `u32` per brick of the grid, x fastest: 0, or slot in the [pool](Self::pool) + 1.

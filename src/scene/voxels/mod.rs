@@ -12,6 +12,8 @@
 //! The pool starts small; a few words come back from the GPU some frames later, and where slots
 //! were missing, it grows to what is needed and an eighth more.
 //!
+//! A volume is captured anew only when its grid, a mesh that takes part, or the unit of emission has changed (`plan.rs`).
+//!
 //! # Holes
 //!
 //! Each axis is drawn at twice the voxel resolution ([`SUPERSAMPLING`]), so that a column of voxels
@@ -42,7 +44,9 @@
 mod cache;
 mod passes;
 mod pipelines;
+mod plan;
 mod types;
+mod views;
 
 pub use cache::SceneVoxels;
 pub(crate) use cache::prepare_voxels;
@@ -98,7 +102,7 @@ impl Plugin for VoxelsPlugin {
             )
             .add_systems(
                 ExtractSchedule,
-                cache::extract_voxel_views.after(super::needs::NeedsKnown),
+                views::extract_voxel_views.after(super::needs::NeedsKnown),
             )
             .add_systems(
                 Render,
