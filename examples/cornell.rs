@@ -1,14 +1,11 @@
 //! The Cornell box in a window, with a light and a box that move.
 
-mod common;
-
 use bevy::prelude::*;
 use bevy_gi::prelude::*;
-use common::{
+use bevy_gi_tools::{
     adapter,
-    controls::{ControlsPlugin, camera},
+    controls::{ControlsPlugin, flying},
     scenes::cornell::{self, BULB, CornellBox, CornellLight},
-    truth::TruthPlugin,
 };
 
 fn main() {
@@ -20,7 +17,6 @@ fn main() {
             ControlsPlugin {
                 help: "L: move the light   N: turn the box   arrow keys: push the box",
             },
-            TruthPlugin,
         ))
         .insert_resource(ClearColor(Color::BLACK))
         .insert_resource(GiSettings {
@@ -34,8 +30,10 @@ fn main() {
 }
 
 fn setup(mut commands: Commands) {
+    // The box, its bulb, and a `GiVolume` around them.
     commands.queue(cornell::spawn);
-    commands.spawn(camera(cornell::view()));
+    let flying = flying(cornell::view());
+    commands.spawn((Camera3d::default(), GiCamera::default(), flying));
 }
 
 fn animate(

@@ -10,7 +10,11 @@ use bevy::{
     render::{extract_resource::ExtractResource, render_resource::*},
     shader::Shader,
 };
-use bevy_gi::{inspector::GiInspectorPlugin, prelude::*, technique::*};
+use bevy_gi::{
+    inspector::{GiInspectorPlugin, bevy_egui::EguiPlugin},
+    prelude::*,
+    technique::*,
+};
 use serde::{Deserialize, Serialize};
 
 /// The technique.
@@ -163,7 +167,8 @@ impl Cache<AmbientCubes> for CubesCache {
 
 pub fn main() {
     let mut app = App::new();
-    app.add_plugins((DefaultPlugins, GiPlugins, GiInspectorPlugin::default()));
+    app.add_plugins((DefaultPlugins, GiPlugins));
+    app.add_plugins((EguiPlugin::default(), GiInspectorPlugin::default()));
     app.add_plugins(TechniquePlugin::<AmbientCubes>::default());
     let name = std::env::args().skip_while(|a| a != "--technique").nth(1);
     let techniques = app.world().resource::<GiTechniques>();

@@ -1,14 +1,11 @@
 //! A dark cellar and a torch in your hand: all that is not in its beam is lit by bounced light.
 
-mod common;
-
 use bevy::{input::mouse::MouseWheel, prelude::*};
 use bevy_gi::prelude::*;
-use common::{
+use bevy_gi_tools::{
     adapter,
-    controls::{ControlsPlugin, camera},
+    controls::{ControlsPlugin, flying},
     scenes::cellar::{self, Torch},
-    truth::TruthPlugin,
 };
 
 /// How fast the hand follows the eye, a second.
@@ -23,7 +20,6 @@ fn main() {
             ControlsPlugin {
                 help: "F: torch on/off   L: leave it here / take it up   mouse wheel: its beam",
             },
-            TruthPlugin,
         ))
         .insert_resource(ClearColor(Color::BLACK))
         .insert_resource(GlobalAmbientLight::NONE)
@@ -41,10 +37,11 @@ fn main() {
 }
 
 fn setup(mut commands: Commands) {
+    // The cellar, and a `GiVolume` around it.
     commands.queue(cellar::build);
     let view = cellar::SCENE.view;
     let eye = Transform::from_translation(view().eye).looking_at(view().look, Vec3::Y);
-    commands.spawn(camera(view()));
+    commands.spawn((Camera3d::default(), GiCamera::default(), flying(view())));
     commands.spawn((cellar::torch(), in_hand(&eye)));
 }
 

@@ -1,14 +1,11 @@
 //! The Sponza atrium in a window; or another glTF, by path.
 
-mod common;
-
 use bevy::{light::light_consts, prelude::*, world_serialization::WorldInstance};
 use bevy_gi::prelude::*;
-use common::{
+use bevy_gi_tools::{
     adapter,
-    controls::{ControlsPlugin, camera},
+    controls::{ControlsPlugin, flying},
     scenes::{asset_folder, sponza},
-    truth::TruthPlugin,
 };
 
 /// Nits of the sky.
@@ -38,7 +35,6 @@ fn main() {
             ControlsPlugin {
                 help: "L: move the sun",
             },
-            TruthPlugin,
         ))
         .insert_resource(ClearColor(Color::srgb(0.45, 0.6, 0.85)))
         .insert_resource(GiSettings {
@@ -56,7 +52,8 @@ fn main() {
                     GiVolume::new(Vec3::new(34.0, 18.0, 20.0)),
                     Transform::from_xyz(0.0, 7.5, 0.0),
                 ));
-                commands.spawn(camera(sponza::view()));
+                let flying = flying(sponza::view());
+                commands.spawn((Camera3d::default(), GiCamera::default(), flying));
             },
         )
         .add_systems(Update, (add_sun, light, move_sun))

@@ -1,8 +1,7 @@
 //! Tests that render: one binary, so that Bevy is linked once. They run on any adapter, Mesa's
 //! software driver included, one at a time.
 
-#[path = "../examples/common/mod.rs"]
-mod common;
+use bevy_gi_tools as common;
 
 #[path = "gpu/bad_input.rs"]
 mod bad_input;

@@ -1,8 +1,5 @@
 //! The path tracer against closed forms, against itself, and against another path tracer.
 
-#[path = "../examples/common/mod.rs"]
-mod common;
-
 use std::{
     f32::consts::PI,
     path::Path,
@@ -28,7 +25,7 @@ use bevy_gi::{
         SpecularModel,
     },
 };
-use common::{
+use bevy_gi_tools::{
     capture::read_exr,
     scenes::{cornell, stage::diffuse},
 };

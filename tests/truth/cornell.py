@@ -1,4 +1,4 @@
-"""Indirect light of the Cornell box of `examples/common/scenes/cornell.rs`, path-traced.
+"""Indirect light of the Cornell box of `tools/shared/src/scenes/cornell.rs`, path-traced.
 
     pip install mitsuba numpy
     python3 tests/truth/cornell.py cornell.exr [samples]

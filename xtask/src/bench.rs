@@ -12,7 +12,7 @@ const PORTABLE: &str = "portable";
 /// What such a program may have at most, in bytes.
 const LARGEST: u64 = 40_000_000;
 
-/// Builds `examples/bench` as one small file, for a machine that has nothing but a GPU.
+/// Builds `tools/bench` as one small file, for a machine that has nothing but a GPU.
 pub fn binary() -> Result<()> {
     println!("building (takes long: all of Bevy, for size)");
     let host = host()?;
@@ -63,7 +63,7 @@ fn host() -> Result<String> {
     Ok(line.context("rustc does not name its host")?.to_owned())
 }
 
-/// Builds and runs `examples/bench`.
+/// Builds and runs `tools/bench`.
 pub fn run(more: &[String]) -> Result<()> {
     println!("building (the first time takes a while: all of Bevy)");
     cargo(&["build", "--release", "--example", "bench"])?;

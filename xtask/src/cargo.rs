@@ -49,6 +49,15 @@ pub fn cargo_with(arguments: &[&str], variables: &[(&str, &str)]) -> Result<()> 
     Ok(())
 }
 
+/// What `cargo` writes, in the repository.
+pub fn output(arguments: &[&str]) -> Result<String> {
+    let output = command(arguments).stderr(Stdio::inherit()).output()?;
+    if !output.status.success() {
+        bail!("cargo {} failed", arguments.join(" "));
+    }
+    Ok(String::from_utf8(output.stdout)?)
+}
+
 /// Whether cargo has that command.
 pub fn has(name: &str) -> bool {
     let output = command(&[name, "--version"]).output();
@@ -76,7 +85,7 @@ pub fn example_of(profile: &str, name: &str) -> PathBuf {
 
 /// All tests, or those whose name contains `filter`.
 pub fn test(filter: Option<&str>) -> Result<()> {
-    // One package at a time: together, their features would add up, and all of Bevy be built again.
+    // A package at a time. The features of xtask would add up with those of the others, and all of Bevy be built again.
     let package = |name: &str| {
         let mut arguments = vec!["test", "--release", "--package", name, "--no-fail-fast"];
         arguments.extend(filter);
@@ -85,6 +94,7 @@ pub fn test(filter: Option<&str>) -> Result<()> {
     };
     let results = [
         package("xtask"),
+        package("bevy_gi_tools"),
         package("bevy_gi"),
         rendering_tests(filter),
     ];
@@ -97,14 +107,7 @@ fn rendering_tests(filter: Option<&str>) -> Result<()> {
     const GPU: [&str; 6] = ["test", "--release", "--package", "bevy_gi", "--test", "gpu"];
     let mut list = vec!["--", "--list", "--format=terse"];
     list.extend(filter);
-    let listed = command(&[&GPU[..], &list].concat())
-        .stderr(Stdio::inherit())
-        .output()?;
-    if !listed.status.success() {
-        bail!("cargo cannot build the rendering tests");
-    }
-
-    let listed = String::from_utf8(listed.stdout)?;
+    let listed = output(&[&GPU[..], &list].concat())?;
     let names = listed
         .lines()
         .filter_map(|line| line.strip_suffix(": test"));

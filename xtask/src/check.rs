@@ -4,15 +4,19 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-use crate::cargo::{cargo, cargo_with, has, root};
+use crate::cargo::{cargo, cargo_with, has, output, root};
 
-/// Formatting, lints, documentation, dependencies. All of them run, whatever fails.
+/// What tools, examples and tests share: a crate that is not published.
+const SHARED: &str = "bevy_gi_tools";
+
+/// Formatting, lints, documentation, dependencies, the package. All of them run, whatever fails.
 pub fn run() -> Result<()> {
     let results = [
         formatting(),
         lints(),
         documentation(),
         unused_dependencies(),
+        packed(),
     ];
     results.into_iter().collect()
 }
@@ -29,21 +33,24 @@ fn lints() -> Result<()> {
     if !has("clippy") {
         return skipped("clippy");
     }
-    let deny = ["--", "--deny", "warnings"];
-    let xtask = ["clippy", "--release", "--package", "xtask"];
-    cargo(&[&xtask[..], &deny].concat())?;
     // The rendering tests are no test of Cargo's: `--all-targets` and `--tests` leave them out, also beside `--test gpu`.
-    let package = ["clippy", "--release", "--package", "bevy_gi"];
-    for targets in [&["--lib", "--examples", "--tests"][..], &["--test", "gpu"]] {
-        cargo(&[&package[..], targets, &deny].concat())?;
+    for (package, targets) in [
+        ("xtask", &["--bins", "--tests"][..]),
+        (SHARED, &["--lib", "--tests"]),
+        ("bevy_gi", &["--lib", "--examples", "--tests"]),
+        ("bevy_gi", &["--test", "gpu"]),
+    ] {
+        let package = ["clippy", "--release", "--package", package];
+        cargo(&[&package[..], targets, &["--", "--deny", "warnings"]].concat())?;
     }
     Ok(())
 }
 
+/// Of both packages at once: what is shared enables all features, as in the other checks.
 fn documentation() -> Result<()> {
-    let package = ["doc", "--release", "--no-deps", "--package", "bevy_gi"];
-    let all = [&package[..], &["--all-features"]].concat();
-    cargo_with(&all, &[("RUSTDOCFLAGS", "--deny warnings")])
+    let mut doc = vec!["doc", "--release", "--no-deps"];
+    doc.extend(["--package", "bevy_gi", "--package", SHARED]);
+    cargo_with(&doc, &[("RUSTDOCFLAGS", "--deny warnings")])
 }
 
 fn skipped(component: &str) -> Result<()> {
@@ -55,7 +62,8 @@ fn skipped(component: &str) -> Result<()> {
 fn unused_dependencies() -> Result<()> {
     let mut unused = Vec::new();
     for (folder, sources) in [
-        (root(), &["src", "examples", "tests"][..]),
+        (root(), &["src", "examples", "tools", "tests"][..]),
+        (root().join("tools/shared"), &["src"]),
         (root().join("xtask"), &["src"]),
     ] {
         let manifest = folder.join("Cargo.toml");
@@ -70,6 +78,24 @@ fn unused_dependencies() -> Result<()> {
     }
     if !unused.is_empty() {
         bail!("dependencies that nothing names: {}", unused.join(", "));
+    }
+    Ok(())
+}
+
+/// What `cargo package` packs needs nothing that it does not.
+fn packed() -> Result<()> {
+    let list = ["package", "--list", "--allow-dirty", "--package", "bevy_gi"];
+    let listed = output(&list)?;
+    let mut cannot_build = Vec::new();
+    // Some of the files that are listed are made by Cargo.
+    for file in listed.lines().filter(|file| root().join(file).exists()) {
+        if file.ends_with(".rs") && names(&std::fs::read_to_string(root().join(file))?, SHARED) {
+            cannot_build.push(file);
+        }
+    }
+    if !cannot_build.is_empty() {
+        let files = cannot_build.join(", ");
+        bail!("packed, but in need of {SHARED}, which is not: {files}");
     }
     Ok(())
 }

@@ -37,7 +37,7 @@ enum Task {
         /// Only tests whose name contains this.
         filter: Option<String>,
     },
-    /// Formatting, lints, documentation, and dependencies that nothing uses.
+    /// Formatting, lints, documentation, dependencies that nothing uses, and what is packed.
     Check,
     /// Renders scenes with every technique and with the path tracer, and compares: a page, a table, and all
     /// luminances in out/quality. `-- --help` lists the options.

@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 
 use crate::cargo::{cargo, example, root};
 
-/// Builds and runs `examples/quality`.
+/// Builds and runs `tools/quality`.
 pub fn run(quick: bool, docs: bool, more: &[String]) -> Result<()> {
     println!("building (the first time takes a while: all of Bevy)");
     cargo(&["build", "--release", "--example", "quality"])?;
