@@ -18,6 +18,8 @@ mod custom;
 #[path = "../examples/custom_technique.rs"]
 #[allow(dead_code)]
 mod custom_technique;
+#[path = "gpu/custom_view.rs"]
+mod custom_view;
 #[path = "gpu/debug.rs"]
 mod debug;
 #[path = "gpu/files.rs"]
