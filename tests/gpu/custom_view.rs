@@ -3,7 +3,11 @@
 use bevy::{
     asset::uuid_handle, prelude::*, render::render_resource::*, render::settings::WgpuSettings,
 };
-use bevy_gi::{GiStatistics, GiView, prelude::*, technique::*};
+use bevy_gi::{
+    GiStatistics, GiView,
+    prelude::*,
+    technique::{ComputePass, *},
+};
 
 use crate::{
     common::{headless::Picture, scenes::stage::diffuse},
@@ -177,7 +181,15 @@ fn a_technique_stores_light_for_each_camera() {
     let size = UVec2::new(65, 33);
     let cameras = [2.0, 5.0].map(|height| {
         let eye = Vec3::new(0.0, height, 0.0);
-        (height, camera(&mut headless, size, eye, Vec3::ZERO, 60.0))
+        let (camera, target) = camera(&mut headless, size, eye, Vec3::ZERO, 60.0);
+        // Each pixel has what the technique stores for it.
+        let unfiltered = GiCamera::default().unfiltered();
+        headless
+            .app
+            .world_mut()
+            .entity_mut(camera)
+            .insert(unfiltered);
+        (height, (camera, target))
     });
     settle(&mut headless, 2);
     for (height, (_, target)) in &cameras {
