@@ -231,7 +231,11 @@ impl Placed<'_> {
 
     /// From the mesh into the world, at a vertex.
     fn matrix(&self, attributes: &Attributes, i: usize) -> Affine3A {
-        let (Some(joints), Some((indices, weights))) = (&self.joints, attributes.joints) else {
+        let (Some(joints), Some(indices), Some(weights)) = (
+            &self.joints,
+            attributes.joint_indices,
+            attributes.joint_weights,
+        ) else {
             return self.transform;
         };
         let mut matrix = Mat4::ZERO;
@@ -251,8 +255,8 @@ struct Attributes<'a> {
     uvs: [Option<&'a [[f32; 2]]>; 2],
     tangents: Option<&'a [[f32; 4]]>,
     colors: Option<&'a VertexAttributeValues>,
-    /// Indices and weights of joints.
-    joints: Option<(&'a [[u16; 4]], &'a [[f32; 4]])>,
+    joint_indices: Option<&'a [[u16; 4]]>,
+    joint_weights: Option<&'a [[f32; 4]]>,
     targets: Option<&'a [MorphAttributes]>,
 }
 
@@ -272,7 +276,7 @@ impl<'a> Attributes<'a> {
             Some(Float32x4(values)) => Some(&values[..]),
             _ => None,
         };
-        let joint_indices = match attribute(Mesh::ATTRIBUTE_JOINT_INDEX.id) {
+        let integer4 = |id| match attribute(id) {
             Some(Uint16x4(values)) => Some(&values[..]),
             _ => None,
         };
@@ -283,7 +287,8 @@ impl<'a> Attributes<'a> {
             uvs: [Mesh::ATTRIBUTE_UV_0.id, Mesh::ATTRIBUTE_UV_1.id].map(float2),
             tangents: float4(Mesh::ATTRIBUTE_TANGENT.id),
             colors: attribute(Mesh::ATTRIBUTE_COLOR.id),
-            joints: joint_indices.zip(float4(Mesh::ATTRIBUTE_JOINT_WEIGHT.id)),
+            joint_indices: integer4(Mesh::ATTRIBUTE_JOINT_INDEX.id),
+            joint_weights: float4(Mesh::ATTRIBUTE_JOINT_WEIGHT.id),
             targets: mesh.get_morph_targets(),
         })
     }
