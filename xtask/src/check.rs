@@ -128,12 +128,14 @@ fn names(code: &str, dependency: &str) -> bool {
     })
 }
 
-/// Appends all Rust files below a folder.
+/// Appends all Rust files below a folder, those of other packages left out.
 fn read_all(folder: &Path, code: &mut String) -> Result<()> {
     for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();
         if path.is_dir() {
-            read_all(&path, code)?;
+            if !path.join("Cargo.toml").exists() {
+                read_all(&path, code)?;
+            }
         } else if path.extension().is_some_and(|extension| extension == "rs") {
             code.push_str(&std::fs::read_to_string(&path)?);
         }
