@@ -256,7 +256,7 @@ impl Idle {
                 *world.resource_mut::<GiDebugSettings>() = GiDebugSettings {
                     view,
                     show_volumes: true,
-                    show_probes: true,
+                    show_ambient_cubes: true,
                     show_vpls: true,
                     show_picked: true,
                     ..default()
@@ -574,7 +574,7 @@ fn nothing_is_made_where_nothing_can_run() {
     ] {
         *idle.app.world_mut().resource_mut::<GiDebugSettings>() = GiDebugSettings {
             view,
-            show_probes: true,
+            show_ambient_cubes: true,
             show_vpls: true,
             show_picked: true,
             ..default()

@@ -31,7 +31,7 @@ pub enum GiSystems {
     CaptureScene,
     /// Once per frame: each technique in use updates its caches from the capture.
     UpdateCaches,
-    /// Once per frame: the caches are looked up at the probes of Bevy's irradiance volumes, for
+    /// Once per frame: the caches are looked up for the ambient cubes of Bevy's irradiance volumes, for
     /// forward-rendered objects.
     Export,
     /// Per GI camera: its technique updates what it stores for this camera.

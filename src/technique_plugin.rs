@@ -271,10 +271,9 @@ fn update_caches<T: Technique>(
         }
         let activity = cache.update(&frame);
         entity.insert(CacheActivity::<T>(activity, PhantomData));
-        match activity.look_again {
-            true => entity.insert(LookAgain),
-            false => entity.remove::<LookAgain>(),
-        };
+        if activity.look_again {
+            entity.insert(LookAgain);
+        }
     }
 }
 

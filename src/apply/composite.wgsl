@@ -2,7 +2,7 @@
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_gi::surface::{
-    Surface, diffuse_albedo, gathered_point, kept_surface, load_surface, previous_uv, specular_albedo, view,
+    Surface, diffuse_albedo, gathered_place, gathered_point, kept_surface, load_surface, previous_uv, specular_albedo, view,
     view_height,
 }
 #import bevy_pbr::ssao_utils::ssao_multibounce
@@ -46,8 +46,7 @@ struct Indirect {
 // Joint bilateral upsampling (Kopf et al. 2007): the four gathered pixels around, by how much
 // their surface is this one: the same plane, not the same depth, or slanted walls would show bands.
 fn upsample(pixel: vec2<u32>, s: Surface) -> Indirect {
-    let divisor = f32(composite.divisor);
-    let at = (vec2<f32>(pixel) - f32(composite.divisor / 2u)) / divisor;
+    let at = gathered_place(vec2<f32>(pixel) + 0.5, composite.divisor);
     let base = vec2<i32>(floor(at));
     let f = at - vec2<f32>(base);
     var diffuse = vec4(0.0);

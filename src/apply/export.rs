@@ -3,7 +3,7 @@
 //! Forward, transparent and custom materials cannot take part in the gather, which reads the G-buffer.
 //! All of Bevy's shaders add the light of an [`IrradianceVolume`], though, so each [`GiVolume`] has
 //! one: ambient cubes (Mitchell et al. 2006, "Shading in Valve's Source engine", slide 28) on a grid
-//! of probes, [`PROBE_SPACING`] voxels apart, which the technique brings up to date on the GPU while
+//! of ambient cubes, [`CUBE_SPACING`] voxels apart, which the technique brings up to date on the GPU while
 //! its cache changes.
 //!
 //! # Not twice
@@ -15,7 +15,7 @@
 //!
 //! # Limits
 //!
-//! Diffuse light only, as coarse as the probes. Where the adapter has no texture arrays, Bevy knows
+//! Diffuse light only, as coarse as the cubes. Where the adapter has no texture arrays, Bevy knows
 //! one volume a camera: the finest around it. Bevy has no irradiance volumes on the web.
 
 use std::{any::TypeId, marker::PhantomData};
@@ -62,14 +62,14 @@ use crate::{
     technique::{Cache, LookupShader, Technique, possible},
 };
 
-/// Voxels between probes.
-const PROBE_SPACING: u32 = 8;
-/// Frames in which all probes are brought up to date once.
+/// Voxels between ambient cubes.
+const CUBE_SPACING: u32 = 8;
+/// Frames in which all cubes are brought up to date once.
 const PARTS: u32 = 4;
 
-/// Probes along each axis of a grid.
-fn probes(grid: &Grid) -> UVec3 {
-    grid.dims.map(|voxels| voxels.div_ceil(PROBE_SPACING))
+/// Ambient cubes along each axis of a grid.
+fn dims(grid: &Grid) -> UVec3 {
+    grid.dims.map(|voxels| voxels.div_ceil(CUBE_SPACING))
 }
 
 /// On a [`GiVolume`]: its irradiance volume.
@@ -79,7 +79,7 @@ struct VolumeExport {
     probe: Entity,
     /// What Bevy looks up.
     image: Handle<Image>,
-    probes: UVec3,
+    dims: UVec3,
     /// Nits that are 1 in it.
     unit: f32,
 }
@@ -156,11 +156,11 @@ fn sync_exports(
             }
             continue;
         };
-        let probes = probes(&grid);
+        let dims = dims(&grid);
         let place = Transform::from_translation(grid.center()).with_scale(grid.size());
         let falloff = Vec3::splat(2.0 * volume.fade);
         let intensity = unit * strength;
-        match export.filter(|export| export.probes == probes) {
+        match export.filter(|export| export.dims == dims) {
             Some(mut export) => {
                 export.unit = unit;
                 let Ok((mut transform, mut global, mut light, mut volume)) =
@@ -180,7 +180,7 @@ fn sync_exports(
                 }
             }
             None => {
-                let image = images.add(ambient_cubes(probes));
+                let image = images.add(ambient_cubes(dims));
                 let probe = commands
                     .spawn((
                         ExportProbe,
@@ -198,7 +198,7 @@ fn sync_exports(
                 commands.entity(entity).insert(VolumeExport {
                     probe,
                     image,
-                    probes,
+                    dims,
                     unit,
                 });
             }
@@ -207,8 +207,8 @@ fn sync_exports(
 }
 
 /// A black texture, as Bevy's irradiance volumes have it.
-fn ambient_cubes(probes: UVec3) -> Image {
-    let size = probes * UVec3::new(1, 2, 3);
+fn ambient_cubes(dims: UVec3) -> Image {
+    let size = dims * UVec3::new(1, 2, 3);
     let mut image = Image::new_uninit(
         Extent3d {
             width: size.x,
@@ -288,7 +288,7 @@ fn has_texture_arrays(device: &RenderDevice) -> bool {
 #[derive(Component, Clone, Copy)]
 struct ExtractedExport {
     image: AssetId<Image>,
-    probes: UVec3,
+    dims: UVec3,
     /// Nits that are 1 in it.
     unit: f32,
 }
@@ -301,7 +301,7 @@ fn extract_exports(mut commands: Commands, volumes: Extract<Query<VolumeData, Wi
         match export {
             Some(export) => entity.insert(ExtractedExport {
                 image: export.image.id(),
-                probes: export.probes,
+                dims: export.dims,
                 unit: export.unit,
             }),
             None => entity.remove::<(ExtractedExport, ExportCubes)>(),
@@ -316,14 +316,14 @@ struct GpuExport {
     part: u32,
     spacing: Vec3,
     parts: u32,
-    probes: UVec3,
+    dims: UVec3,
     unit: f32,
 }
 
 /// The ambient cubes of a volume.
 #[derive(Component)]
 pub(crate) struct ExportCubes {
-    pub probes: UVec3,
+    pub dims: UVec3,
     /// What the technique writes.
     cubes: Tracked<Texture>,
     view: TextureView,
@@ -342,7 +342,7 @@ pub(crate) struct ExportCubes {
 struct ExportJob {
     /// Whose turn it is.
     technique: GiTechnique,
-    /// Layers of probes.
+    /// Layers of cubes.
     layers: u32,
     /// Group 0.
     group: BindGroup,
@@ -364,9 +364,9 @@ impl ExportCubes {
         &self.view
     }
 
-    fn new(probes: UVec3, grid: Grid, device: &RenderDevice, statistics: &GiStatistics) -> Self {
+    fn new(dims: UVec3, grid: Grid, device: &RenderDevice, statistics: &GiStatistics) -> Self {
         let texture = |name, label, usage| {
-            let size = probes * UVec3::new(1, 2, 3);
+            let size = dims * UVec3::new(1, 2, 3);
             let texture = device.create_texture(&TextureDescriptor {
                 label: Some(label),
                 size: Extent3d {
@@ -390,7 +390,7 @@ impl ExportCubes {
             TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
         );
         Self {
-            probes,
+            dims,
             view: cubes.create_view(&TextureViewDescriptor::default()),
             cubes,
             black: texture(
@@ -407,7 +407,7 @@ impl ExportCubes {
     }
 }
 
-/// The light of a volume changes: its probes are exported again. A component of its entity.
+/// The light of a volume changes: it is exported again. A component of its entity.
 #[derive(Component)]
 pub(crate) struct ExportAgain;
 
@@ -444,11 +444,11 @@ fn prepare_exports(
     statistics: Res<GiStatistics>,
 ) {
     let technique = exported_technique(&cameras, &settings);
-    let mut probes = 0;
+    let mut count = 0;
     for (entity, volume, export, again, cubes) in &mut volumes {
-        probes += u64::from(export.probes.element_product());
-        let Some(mut cubes) = cubes.filter(|cubes| cubes.probes == export.probes) else {
-            let new = ExportCubes::new(export.probes, volume.grid, &device, &statistics);
+        count += u64::from(export.dims.element_product());
+        let Some(mut cubes) = cubes.filter(|cubes| cubes.dims == export.dims) else {
+            let new = ExportCubes::new(export.dims, volume.grid, &device, &statistics);
             commands.entity(entity).insert(new);
             continue;
         };
@@ -469,9 +469,9 @@ fn prepare_exports(
         let mut uniform = UniformBuffer::from(GpuExport {
             origin: volume.grid.origin,
             part: cubes.part,
-            spacing: volume.grid.size() / cubes.probes.as_vec3(),
+            spacing: volume.grid.size() / cubes.dims.as_vec3(),
             parts,
-            probes: cubes.probes,
+            dims: cubes.dims,
             unit: cubes.unit,
         });
         uniform.write_buffer(&device, &queue);
@@ -482,11 +482,11 @@ fn prepare_exports(
             .build();
         cubes.job = Some(ExportJob {
             technique,
-            layers: cubes.probes.z.div_ceil(parts),
+            layers: cubes.dims.z.div_ceil(parts),
             group,
         });
     }
-    statistics.count("apply/probes", probes);
+    statistics.count("apply/ambient_cubes", count);
 }
 
 /// Fills Bevy's irradiance volumes before anything is drawn forward.
@@ -595,7 +595,7 @@ fn export<T: Technique>(
         .iter()
         .filter_map(|(cubes, technique, scene)| {
             let job = cubes.job.as_ref()?;
-            let threads = cubes.probes.with_z(job.layers * 6);
+            let threads = cubes.dims.with_z(job.layers * 6);
             (job.technique == GiTechnique::of::<T>()).then_some((
                 Dispatch::Threads(threads),
                 [&job.group, &scene.0, technique.bind_group()?],

@@ -1,16 +1,16 @@
-// Group 0 of an export: which probes of a volume, and where their light goes.
+// Group 0 of an export: which ambient cubes of a volume, and where their light goes.
 #define_import_path bevy_gi::apply::export
 
 struct Export {
-    // Corner of the grid of probes, metres.
+    // Corner of the grid of cubes, metres.
     origin: vec3<f32>,
-    // Layers of probes along z that are this modulo `parts` are brought up to date.
+    // Layers of cubes along z that are this modulo `parts` are brought up to date.
     part: u32,
-    // Distance of probes along each axis, metres.
+    // Distance of cubes along each axis, metres.
     spacing: vec3<f32>,
     parts: u32,
-    // Probes along each axis.
-    probes: vec3<u32>,
+    // Cubes along each axis.
+    dims: vec3<u32>,
     // Nits of a unit of the light that is written.
     unit: f32,
 }
@@ -18,14 +18,14 @@ struct Export {
 @group(0) @binding(0) var<uniform> exported: Export;
 @group(0) @binding(1) var ambient_cubes: texture_storage_3d<rgba16float, write>;
 
-// One side of the ambient cube of one probe.
+// One side of one ambient cube.
 struct Side {
     // False if there is nothing to do.
     exists: bool,
-    probe: vec3<u32>,
+    cube: vec3<u32>,
     // 0..6: +x +y +z -x -y -z.
     side: u32,
-    // Of the probe, metres.
+    // Of the cube, metres.
     position: vec3<f32>,
     // Light that falls on a surface which faces this way is wanted.
     normal: vec3<f32>,
@@ -33,12 +33,12 @@ struct Side {
 
 // The side for a thread; z runs over the part's layers, for one side after the other.
 fn exported_side(id: vec3<u32>) -> Side {
-    let layers = (exported.probes.z + exported.parts - 1u) / exported.parts;
+    let layers = (exported.dims.z + exported.parts - 1u) / exported.parts;
     var s: Side;
-    s.probe = vec3(id.xy, (id.z % layers) * exported.parts + exported.part);
+    s.cube = vec3(id.xy, (id.z % layers) * exported.parts + exported.part);
     s.side = id.z / layers;
-    s.exists = all(s.probe < exported.probes) && s.side < 6u;
-    s.position = exported.origin + (vec3<f32>(s.probe) + 0.5) * exported.spacing;
+    s.exists = all(s.cube < exported.dims) && s.side < 6u;
+    s.position = exported.origin + (vec3<f32>(s.cube) + 0.5) * exported.spacing;
     s.normal[s.side % 3u] = select(1.0, -1.0, s.side >= 3u);
     return s;
 }
@@ -48,5 +48,5 @@ fn exported_side(id: vec3<u32>) -> Side {
 fn store(s: Side, nits: vec3<f32>) {
     let block = vec3(0u, s.side / 3u, s.side % 3u);
     let value = min(nits / exported.unit, vec3(65504.0));
-    textureStore(ambient_cubes, s.probe + block * exported.probes, vec4(value, 1.0));
+    textureStore(ambient_cubes, s.cube + block * exported.dims, vec4(value, 1.0));
 }

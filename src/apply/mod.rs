@@ -5,12 +5,12 @@
 //! What crosses the border is [`ViewIndirect`](gather::ViewIndirect): `E / pi` and specular radiance
 //! in nits, at the gather's resolution, not yet multiplied by any albedo.
 
-pub(crate) mod composite;
+mod ambient_cubes;
+mod composite;
 pub(crate) mod denoise;
 pub(crate) mod export;
 pub(crate) mod fog;
 pub(crate) mod gather;
-mod probes;
 pub(crate) mod temporal;
 
 use bevy::{
@@ -43,7 +43,7 @@ impl Plugin for ApplyPlugin {
             export::ExportPlugin,
         ));
         if app.is_plugin_added::<DebugPlugin>() {
-            app.add_plugins(probes::ProbesPlugin);
+            app.add_plugins(ambient_cubes::AmbientCubesPlugin);
         }
     }
 }

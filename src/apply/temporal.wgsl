@@ -1,6 +1,8 @@
 // Temporal accumulation of gathered light on reprojected surfaces.
 
-#import bevy_gi::surface::{gathered_pixel, keep_surface, kept_surface, load_surface, previous_uv, view_height}
+#import bevy_gi::surface::{
+    gathered_pixel, gathered_place, keep_surface, kept_surface, load_surface, previous_uv, view_height,
+}
 
 struct Temporal {
     size: vec2<u32>,
@@ -44,8 +46,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     let specular = textureLoad(new_specular, at, 0);
 
     // The four gathered pixels around the same surface a frame ago, where they still show it.
-    let where_ = previous_uv(pixel) * vec2<f32>(temporal.full_size) / f32(temporal.divisor)
-        - (f32(temporal.divisor / 2u) + 0.5) / f32(temporal.divisor);
+    let where_ = gathered_place(previous_uv(pixel) * vec2<f32>(temporal.full_size), temporal.divisor);
     let base = vec2<i32>(floor(where_));
     let f = where_ - vec2<f32>(base);
     var before_diffuse = vec4(0.0);

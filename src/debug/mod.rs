@@ -57,9 +57,9 @@ pub struct GiDebugSettings {
     pub slice_at: f32,
     /// Draws the bounds of each volume and its coarsest cells with gizmos. Default `false`.
     pub show_volumes: bool,
-    /// Draws the probes that light forward-rendered objects, as spheres that show the light from all sides.
+    /// Draws the ambient cubes that light forward-rendered objects, as spheres that show the light from all sides.
     /// Needs [`GiSettings::forward_light`](crate::GiSettings::forward_light). Default `false`.
-    pub show_probes: bool,
+    pub show_ambient_cubes: bool,
     /// Draws the virtual point lights of the reflective shadow maps, as small spheres that show the light that
     /// their patch of surface reflects. Default `false`.
     pub show_vpls: bool,

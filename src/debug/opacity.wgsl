@@ -2,12 +2,11 @@
 // cosine (Freed 2018, figure 4.9).
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
-#import bevy_gi::gpu::basis::orthonormal
+#import bevy_gi::gpu::basis::{hemisphere_spiral, orthonormal}
 #import bevy_gi::scene::bindings::volume
 #import bevy_gi::scene::opacity::lookup::{Cone, March, transmittance}
 #import bevy_gi::surface::{load_surface, view}
 
-const GOLDEN_ANGLE: f32 = 2.39996323;
 // Enough for smooth gradients without noise.
 const CONES: u32 = 24u;
 // Tangent of half the angle of cones that cover the hemisphere together.
@@ -29,10 +28,7 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     let basis = orthonormal(s.normal);
     var open = 0.0;
     for (var i = 0u; i < CONES; i++) {
-        // A Vogel spiral on the disk, lifted to the hemisphere: cosine-distributed.
-        let r2 = (f32(i) + 0.5) / f32(CONES);
-        let phi = GOLDEN_ANGLE * f32(i);
-        let dir = basis * vec3(sqrt(r2) * vec2(cos(phi), sin(phi)), sqrt(1.0 - r2));
+        let dir = basis * hemisphere_spiral(i, CONES, 0.0);
         open += transmittance(Cone(origin, dir, TAN_HALF, s.normal, STEPS, 0.5), march);
     }
     return vec4(vec3(open / f32(CONES)), 1.0);

@@ -88,6 +88,12 @@ fn gathered_pixel(at: vec2<u32>, divisor: u32, full_size: vec2<u32>) -> vec2<u32
     return min(at * divisor + divisor / 2u, full_size - 1u);
 }
 
+// Where a point of the viewport, in pixels, lies among gathered pixels: the inverse of `gathered_pixel`, whose pixels'
+// middles are whole numbers here.
+fn gathered_place(at: vec2<f32>, divisor: u32) -> vec2<f32> {
+    return (at - (f32(divisor / 2u) + 0.5)) / f32(divisor);
+}
+
 // The point at distance `depth` along the view axis that `pixel` shows.
 fn position_at(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
     let uv = (vec2<f32>(pixel) + 0.5) / view.viewport.zw;

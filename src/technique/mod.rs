@@ -11,7 +11,7 @@
 //! 2. Each [`GiVolume`](crate::GiVolume) has a [`Cache`] of the technique. [`Cache::update`] decides what the
 //!    frame computes anew, and makes the bind groups for it.
 //! 3. [`Cache::record`] records that, in [`GiSystems::UpdateCaches`](crate::GiSystems::UpdateCaches).
-//! 4. A compute shader, the *export*, looks the cache up for each probe of a coarse grid that lights
+//! 4. A compute shader, the *export*, looks the cache up for each of a coarse grid of ambient cubes that light
 //!    forward-rendered objects.
 //! 5. Each camera has a [`ViewCache`] of the technique, if it has such. It is like the cache of a volume, and is
 //!    recorded in [`GiSystems::UpdateViewCaches`](crate::GiSystems::UpdateViewCaches), when the camera's surfaces
@@ -42,11 +42,11 @@
 //!
 //! # The export shader
 //!
-//! Workgroups of 4x4x4 ([`block::CUBE`]), one thread per side of a probe's ambient cube. Bind groups:
+//! Workgroups of 4x4x4 ([`block::CUBE`]), one thread per side of an ambient cube. Bind groups:
 //!
 //! | group | holds | WGSL module |
 //! |---|---|---|
-//! | 0 | the probes | `bevy_gi::apply::export`, with `exported_side` and `store` |
+//! | 0 | the ambient cubes | `bevy_gi::apply::export`, with `exported_side` and `store` |
 //! | 1 | the scene, with the volume | `bevy_gi::scene::bindings` |
 //! | 2 | the technique's cache | its own |
 //!

@@ -224,7 +224,9 @@ fn slices_cut_at_every_level() {
 fn probes_and_volumes_are_drawn_into_the_picture() {
     let (mut headless, target) = scene();
     let plain = show(&mut headless, &target, |_| {});
-    let probes = show(&mut headless, &target, |debug| debug.show_probes = true);
+    let probes = show(&mut headless, &target, |debug| {
+        debug.show_ambient_cubes = true
+    });
     let differs = |a: &Picture, b: &Picture| {
         let pairs = a.pixels.iter().zip(&b.pixels);
         pairs
@@ -237,7 +239,7 @@ fn probes_and_volumes_are_drawn_into_the_picture() {
         "{changed} pixels show probes"
     );
     let volumes = show(&mut headless, &target, |debug| {
-        debug.show_probes = false;
+        debug.show_ambient_cubes = false;
         debug.show_volumes = true;
     });
     let changed = differs(&plain, &volumes);

@@ -30,3 +30,8 @@ fn row(direction: u32, i: u32) -> vec2<u32> {
     let forward = (direction & 1u) == 0u;
     return select(vec2(base + step, base), vec2(base, base + step), forward);
 }
+
+// Which of 2x2x2 the `i`-th is, x first; bits above the third do not count.
+fn octant(i: u32) -> vec3<u32> {
+    return vec3(i & 1u, (i >> 1u) & 1u, (i >> 2u) & 1u);
+}

@@ -1,6 +1,6 @@
 // Voxels into cells of 2x2x2, and cells into coarser ones.
 
-#import bevy_gi::scene::opacity::cells::{coverage, facing, row}
+#import bevy_gi::scene::opacity::cells::{coverage, facing, octant, row}
 #ifdef VOXELS
 #import bevy_gi::gpu::row::{LANES, row_index}
 #import bevy_gi::scene::voxels::pool::load_voxel
@@ -57,11 +57,11 @@ fn filter_voxels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
         return;
     }
     let brick = brick_coords(brick_list[slot], level.cells * 2u);
-    let cell = brick * 2u + vec3(i & 1u, (i >> 1u) & 1u, (i >> 2u) & 1u);
+    let cell = brick * 2u + octant(i);
     var normal: array<vec3<f32>, 8>;
     var two_sided: array<bool, 8>;
     for (var v = 0u; v < 8u; v++) {
-        let at = cell * 2u + vec3(v & 1u, (v >> 1u) & 1u, v >> 2u);
+        let at = cell * 2u + octant(v);
         let voxel = load_voxel(slot * BRICK_VOXELS + local_index(at));
         // Without a normal, nothing is covered.
         normal[v] = select(vec3(0.0), voxel.normal, voxel.exists);
@@ -92,7 +92,7 @@ fn filter_cells(@builtin(global_invocation_id) cell: vec3<u32>) {
     for (var block = 0u; block < 2u; block++) {
         var finer_cells: array<vec3<f32>, 8>;
         for (var i = 0u; i < 8u; i++) {
-            let at = cell * 2u + vec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
+            let at = cell * 2u + octant(i);
             finer_cells[i] = textureLoad(finer, vec3(at.xy, at.z + block * level.cells.z * 2u), 0).xyz;
         }
         for (var axis = 0u; axis < 3u; axis++) {

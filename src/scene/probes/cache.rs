@@ -25,7 +25,7 @@ use crate::{
     },
 };
 
-/// On a volume's entity while whoever reads its probes wants them to look along other rays in each frame.
+/// On a volume's entity: whoever reads its probes wants them to look along other rays in the next frame.
 #[derive(Component, Clone, Copy, Debug, Default)]
 pub(crate) struct LookAgain;
 
@@ -256,6 +256,10 @@ pub(crate) fn prepare_probes(
             commands.entity(entity).remove::<SceneProbes>();
             continue;
         };
+        if again {
+            // Whoever reads them asks in each frame.
+            commands.entity(entity).remove::<LookAgain>();
+        }
         let ExtractedProbeSet { placement, pins } = wanted;
         let set = placement.set;
         let most = placement.most(largest, needs.probe_bytes);

@@ -71,7 +71,7 @@ fn arriving(hit: u32, dir: vec3<f32>, tan_half: f32) -> vec3<f32> {
 
 // One thread a hint.
 @compute @workgroup_size(64)
-fn gather_surfaces(@builtin(global_invocation_id) id: vec3<u32>) {
+fn collect_surfaces(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= probe_count(probes.dims) || asleep(stage.slot, id.x) {
         return;
     }

@@ -307,9 +307,9 @@ impl HintsCache {
                 .with("albedos", self.albedos.as_entire_binding())
                 .build()
         };
-        let gather = |slot: u32| {
+        let collect = |slot: u32| {
             pipelines
-                .gather_layout
+                .collect_layout
                 .bind(device, cache)
                 .with("stage", &stage(slot, 0, PHYSICAL))
                 .with("pool", voxels.pool.as_entire_binding())
@@ -328,7 +328,7 @@ impl HintsCache {
                 .with("voxel_list", voxels.voxel_list.as_entire_binding())
                 .with("counters", voxels.counters.as_entire_binding())
                 .build(),
-            gather: gather(slot),
+            collect: collect(slot),
         };
         let from_hints = |slot: u32| {
             BounceFrom::Hints(
@@ -341,7 +341,7 @@ impl HintsCache {
             )
         };
         let sources = match plan.looks {
-            true => vec![gather(SLOT_EMISSION), gather(SLOT_SKY)],
+            true => vec![collect(SLOT_EMISSION), collect(SLOT_SKY)],
             false => Vec::new(),
         };
         let first = 1 << SLOT_LIGHTS | 1 << SLOT_EMISSION | 1 << SLOT_SKY;
@@ -376,7 +376,7 @@ impl HintsCache {
         }
     }
 
-    /// What gathers the light of lamps, if there are any.
+    /// What collects the light of lamps, if there are any.
     fn lights(&self, voxels: &SceneVoxels, frame: &Frame<RadianceHints>) -> Option<BindGroup> {
         let wanted = frame.light_maps.rsm_bind_group.is_some() && frame.settings.bounces > 0;
         let layout = &frame.pipelines.lights_layout;

@@ -25,7 +25,7 @@ fn place_around(p: vec3<f32>, probe: u32, j: u32) -> vec3<f32> {
 
 // One thread a hint.
 @compute @workgroup_size(64)
-fn gather_hints_around(@builtin(global_invocation_id) id: vec3<u32>) {
+fn collect_hints_around(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= probe_count(probes.dims) {
         return;
     }

@@ -31,8 +31,8 @@ struct Patch {
     radius_squared: f32,
 }
 
-// What a hint has gathered.
-struct Gathered {
+// What a hint has collected.
+struct Collected {
     light: array<vec3<f32>, 9>,
     nearest: f32,
     farthest: f32,
@@ -46,14 +46,14 @@ fn receiver(p: vec3<f32>, clearance: f32, random: vec3<f32>) -> vec3<f32> {
 
 // Adds what a patch sends to `y`: the irradiance across the way (Papaioannou 2011, equation 4, with unit vectors),
 // of a patch that is no point.
-fn add_patch(gathered: ptr<function, Gathered>, y: vec3<f32>, patch_: Patch, seen: f32) {
+fn add_patch(collected: ptr<function, Collected>, y: vec3<f32>, patch_: Patch, seen: f32) {
     let to = patch_.position - y;
     let d2 = dot(to, to);
     let dir = to * inverseSqrt(max(d2, 1e-12));
     let facing = -dot(patch_.normal, dir);
     let distance = saturate(sqrt(d2) / hints.reach);
-    (*gathered).nearest = min((*gathered).nearest, distance);
-    (*gathered).farthest = max((*gathered).farthest, distance);
+    (*collected).nearest = min((*collected).nearest, distance);
+    (*collected).farthest = max((*collected).farthest, distance);
     if facing <= 0.0 || seen <= 0.0 {
         return;
     }
@@ -67,12 +67,12 @@ fn add_patch(gathered: ptr<function, Gathered>, y: vec3<f32>, patch_: Patch, see
     let e = seen * patch_.flux * facing / (PI * max(d2, patch_.radius_squared));
     var y_lm = sh_basis(dir);
     for (var c = 0u; c < hints.coefficients; c++) {
-        (*gathered).light[c] += e * y_lm[c];
+        (*collected).light[c] += e * y_lm[c];
     }
 }
 
 // The virtual point lights whose turn it is.
-fn add_vpls(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, probe: u32) {
+fn add_vpls(collected: ptr<function, Collected>, p: vec3<f32>, clearance: f32, probe: u32) {
     // Each stands for all that this frame leaves out.
     let scale = f32(hints.vpls) / f32(hints.samples);
     for (var i = 0u; i < hints.samples; i++) {
@@ -86,7 +86,7 @@ fn add_vpls(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, pro
         if hints.occlusion == #{OCCLUSION_LIGHT_DEPTH}u || hints.occlusion == #{OCCLUSION_CAMERA_DEPTH}u {
             seen = march(vpl_map(vpl), patch_.position + patch_.normal * volume.voxel, y);
         }
-        add_patch(gathered, y, patch_, seen);
+        add_patch(collected, y, patch_, seen);
     }
 }
 
@@ -133,7 +133,7 @@ fn march(index: u32, x: vec3<f32>, y: vec3<f32>) -> f32 {
 }
 
 // Texels of every map in a disk around the hint.
-fn add_disks(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, probe: u32) {
+fn add_disks(collected: ptr<function, Collected>, p: vec3<f32>, clearance: f32, probe: u32) {
     let total = flux_to_share();
     // Of all texels, or of those in the disk.
     let part = select(PI * hints.spread * hints.spread, 1.0, hints.sampling == #{SAMPLE_DISK_LITERAL}u);
@@ -158,31 +158,31 @@ fn add_disks(gathered: ptr<function, Gathered>, p: vec3<f32>, clearance: f32, pr
             }
             // A texel that stands for many is no point.
             let radius_squared = hints.min_distance * hints.min_distance;
-            add_patch(gathered, y, Patch(texel.position, texel.normal, scale * texel.flux, radius_squared), seen);
+            add_patch(collected, y, Patch(texel.position, texel.normal, scale * texel.flux, radius_squared), seen);
         }
     }
 }
 
 // One thread a hint.
 @compute @workgroup_size(64)
-fn gather_lights(@builtin(global_invocation_id) id: vec3<u32>) {
+fn collect_lights(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= probe_count(probes.dims) || asleep(SLOT_LIGHTS, id.x) {
         return;
     }
     let offset = offsets[id.x];
-    var gathered: Gathered;
-    gathered.nearest = 1.0;
+    var collected: Collected;
+    collected.nearest = 1.0;
     if offset.w > 0.0 && hints.vpls > 0u {
         let p = cell_center(probe_coords(id.x, probes.dims), probes) + offset.xyz;
         if hints.sampling == #{SAMPLE_VPLS}u {
-            add_vpls(&gathered, p, offset.w, id.x);
+            add_vpls(&collected, p, offset.w, id.x);
         } else {
-            add_disks(&gathered, p, offset.w, id.x);
+            add_disks(&collected, p, offset.w, id.x);
         }
     }
     // A pointer to a part of a variable is no argument.
-    var light = gathered.light;
+    var light = collected.light;
     blend_slot(SLOT_LIGHTS, id.x, &light, hints.blend_lights);
-    let distances = vec2(gathered.nearest, max(gathered.nearest, gathered.farthest));
+    let distances = vec2(collected.nearest, max(collected.nearest, collected.farthest));
     store_distances(distances, id.x, hints.coefficients, probe_count(probes.dims));
 }

@@ -52,7 +52,10 @@ pub(super) enum BounceFrom {
     /// At other hints.
     Hints(BindGroup),
     /// At surfaces: they are lit, and then looked at.
-    Surfaces { light: BindGroup, gather: BindGroup },
+    Surfaces {
+        light: BindGroup,
+        collect: BindGroup,
+    },
 }
 
 impl HintsJob {
@@ -102,11 +105,11 @@ impl HintsJob {
                 (BounceFrom::Hints(exchange), _) => {
                     record.run(&pipelines.exchange, per_hint, &[exchange, scene, cache]);
                 }
-                (BounceFrom::Surfaces { light, gather }, Some(voxels)) => {
+                (BounceFrom::Surfaces { light, collect }, Some(voxels)) => {
                     let per_voxel =
                         Dispatch::Indirect(&voxels.arguments, 4 * u64::from(argument::VOXELS));
                     record.run(&pipelines.surfaces, per_voxel, &[light, scene, cache]);
-                    record.run(&pipelines.bounce, per_hint, &[gather, scene, cache]);
+                    record.run(&pipelines.bounce, per_hint, &[collect, scene, cache]);
                 }
                 // No surface, no bounce.
                 (BounceFrom::Surfaces { .. }, None) => {}

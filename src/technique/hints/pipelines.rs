@@ -28,7 +28,7 @@ use crate::{
 pub struct HintsPipelines {
     pub(super) lights_layout: GroupLayout,
     pub(super) surfaces_layout: GroupLayout,
-    pub(super) gather_layout: GroupLayout,
+    pub(super) collect_layout: GroupLayout,
     pub(super) sum_layout: GroupLayout,
     pub(super) exchange_layout: GroupLayout,
     pub(super) carry_layout: GroupLayout,
@@ -78,7 +78,7 @@ impl Pipelines for HintsPipelines {
             .with("pool", storage_read::<Vec<u32>>())
             .with("voxel_list", storage_read::<Vec<u32>>())
             .with("counters", storage_read::<Vec<u32>>());
-        let gather_layout = GroupLayout::new("gi/hints/bounce", compute)
+        let collect_layout = GroupLayout::new("gi/hints/bounce", compute)
             .with("stage", uniform::<GpuStage>())
             .with("reflected", storage_read::<Vec<UVec2>>())
             .with("pool", storage_read::<Vec<u32>>())
@@ -123,7 +123,7 @@ impl Pipelines for HintsPipelines {
                 block::LINE,
                 &[&lights_layout, &scene_layout(), &cache_layout, &rsm],
                 load_embedded_asset!(server, "lights.wgsl"),
-                "gather_lights",
+                "collect_lights",
                 None,
             ),
             surfaces: pass(
@@ -137,9 +137,9 @@ impl Pipelines for HintsPipelines {
             bounce: pass(
                 "gi/hints/bounce",
                 block::LINE,
-                &[&gather_layout, &scene_layout(), &cache_layout],
+                &[&collect_layout, &scene_layout(), &cache_layout],
                 bounce_shader,
-                "gather_surfaces",
+                "collect_surfaces",
                 None,
             ),
             sum: pass(
@@ -155,7 +155,7 @@ impl Pipelines for HintsPipelines {
                 block::LINE,
                 &[&exchange_layout, &scene_layout(), &cache_layout],
                 load_embedded_asset!(server, "exchange.wgsl"),
-                "gather_hints_around",
+                "collect_hints_around",
                 None,
             ),
             albedo: pass(
@@ -171,7 +171,7 @@ impl Pipelines for HintsPipelines {
             exchange_layout,
             lights_layout,
             surfaces_layout,
-            gather_layout,
+            collect_layout,
             sum_layout,
         }
     }

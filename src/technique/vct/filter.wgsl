@@ -4,7 +4,7 @@
 // its own light, at every level.
 
 #import bevy_gi::gpu::pack::unpack_radiance
-#import bevy_gi::scene::opacity::cells::{coverage, facing, row}
+#import bevy_gi::scene::opacity::cells::{coverage, facing, octant, row}
 #ifdef VOXELS
 #import bevy_gi::gpu::row::{LANES, row_index}
 #import bevy_gi::scene::voxels::pool::load_voxel
@@ -65,14 +65,14 @@ fn filter_voxels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
         return;
     }
     let brick = brick_coords(brick_list[slot], mip.cells * 2u);
-    let cell = brick * 2u + vec3(i & 1u, (i >> 1u) & 1u, (i >> 2u) & 1u);
+    let cell = brick * 2u + octant(i);
     // Of each voxel: radiance of front and back, and the normal, with 0 for "nothing there".
     var front: array<vec3<f32>, 8>;
     var back: array<vec3<f32>, 8>;
     var normal: array<vec3<f32>, 8>;
     var two_sided: array<bool, 8>;
     for (var i = 0u; i < 8u; i++) {
-        let at = cell * 2u + vec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
+        let at = cell * 2u + octant(i);
         let index = slot * BRICK_VOXELS + local_index(at);
         let voxel = load_voxel(index);
         let light = radiance[index];
@@ -106,7 +106,7 @@ fn filter_cells(@builtin(global_invocation_id) cell: vec3<u32>) {
     for (var d = 0u; d < #{DIRECTIONS}u; d++) {
         var seen: array<vec4<f32>, 8>;
         for (var i = 0u; i < 8u; i++) {
-            let at = cell * 2u + vec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
+            let at = cell * 2u + octant(i);
             seen[i] = textureLoad(finer, vec3(at.xy, at.z + d * mip.cells.z * 2u), 0);
         }
         store(cell, d, see(&seen, d));

@@ -1,16 +1,15 @@
 // The only door to the radiance cache: cones through it.
 #define_import_path bevy_gi::technique::vct::lookup
 
-#import bevy_gi::gpu::basis::orthonormal
+#import bevy_gi::gpu::basis::{hemisphere_spiral, orthonormal}
 #import bevy_gi::scene::bindings::volume
 #import bevy_gi::scene::opacity::lookup::{
     Cone, March, Passage, Station, direction_weights, first_station, inside_block, meet, station,
 }
 #import bevy_gi::scene::world::sky::sky_radiance
 #import bevy_gi::technique::vct::bindings::{cell_sampler, cells, cones}
-#import bevy_render::maths::{HALF_PI, PI_2}
+#import bevy_render::maths::HALF_PI
 
-const GOLDEN_ANGLE: f32 = 2.39996323;
 
 fn march() -> March {
     return March(
@@ -66,10 +65,7 @@ fn cone_direction(i: u32, count: u32, turn: f32) -> vec3<f32> {
         let phi = f32(i - 1u) * HALF_PI;
         return vec3(cos(phi), sin(phi), 1.0) * 0.70710678;
     }
-    // A Vogel spiral on the disk, lifted to the hemisphere: cosine-distributed.
-    let r2 = (f32(i) + 0.5) / f32(count);
-    let phi = GOLDEN_ANGLE * f32(i) + PI_2 * turn;
-    return vec3(sqrt(r2) * vec2(cos(phi), sin(phi)), sqrt(1.0 - r2));
+    return hemisphere_spiral(i, count, turn);
 }
 
 struct Diffuse {

@@ -125,7 +125,7 @@ fn keys(
     }
     if keys.just_pressed(KeyCode::KeyB) {
         debug.show_volumes = !debug.show_volumes;
-        debug.show_probes = debug.show_volumes;
+        debug.show_ambient_cubes = debug.show_volumes;
     }
     if keys.just_pressed(KeyCode::KeyH) {
         for mut visibility in &mut help {

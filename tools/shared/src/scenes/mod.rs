@@ -128,10 +128,13 @@ pub fn asset_folder() -> String {
     if let Some(folder) = ASSET_FOLDER.get() {
         return folder.clone();
     }
-    let bundled = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets");
-    if Path::new(bundled).is_dir() {
-        bundled.into()
-    } else {
-        "assets".into()
-    }
+    let bundled = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets"));
+    // Of a program that was built elsewhere, that of the working directory. Bevy takes a relative one from where the
+    // program lies.
+    let folder = bundled
+        .canonicalize()
+        .or_else(|_| Path::new("assets").canonicalize());
+    folder.map_or("assets".into(), |folder| {
+        folder.to_string_lossy().into_owned()
+    })
 }
