@@ -7,7 +7,7 @@ use bevy::{
     asset::AssetServer,
     camera::Camera,
     core_pipeline::schedule::Core3d,
-    ecs::{prelude::*, system::SystemParam},
+    ecs::{component::Mutable, prelude::*, system::SystemParam},
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderStartup,
         render_resource::PipelineCache,
@@ -234,6 +234,31 @@ impl<T: Technique> Surroundings<'_, T> {
     }
 }
 
+/// A cache that is to be updated in this frame, if it has memory. One that is missing is made for the next frame, one
+/// that does not fit any more is made anew, and one that cannot be made goes, with its `Activity`.
+fn kept<'a, Cache: Component<Mutability = Mutable>, Activity: Component>(
+    entity: &mut EntityCommands,
+    cache: Option<Mut<'a, Cache>>,
+    ready: bool,
+    new: impl Fn() -> Option<Cache>,
+    fits: impl Fn(&Cache) -> bool,
+) -> Option<Mut<'a, Cache>> {
+    let Some(mut cache) = cache else {
+        if let Some(new) = ready.then(new).flatten() {
+            entity.insert(new);
+        }
+        return None;
+    };
+    if !fits(&cache) {
+        let Some(new) = new() else {
+            entity.remove::<(Cache, Activity)>();
+            return None;
+        };
+        *cache = new;
+    }
+    Some(cache)
+}
+
 /// Makes, updates and removes the caches of all volumes.
 fn update_caches<T: Technique>(
     mut commands: Commands,
@@ -253,22 +278,11 @@ fn update_caches<T: Technique>(
             }
             continue;
         };
-        let Some(mut cache) = cache else {
-            let ready = frame.pipelines.ready(frame.cache);
-            if let Some(new) = ready.then(|| T::Cache::new(&frame)).flatten() {
-                entity.insert(new);
-            }
-            continue;
-        };
-        if !cache.fits(&frame) {
-            match T::Cache::new(&frame) {
-                Some(new) => *cache = new,
-                None => {
-                    entity.remove::<(T::Cache, CacheActivity<T>)>();
-                    continue;
-                }
-            }
-        }
+        let ready = frame.pipelines.ready(frame.cache);
+        let new = || T::Cache::new(&frame);
+        let fits = |cache: &T::Cache| cache.fits(&frame);
+        let cache = kept::<_, CacheActivity<T>>(&mut entity, cache, ready, new, fits);
+        let Some(mut cache) = cache else { continue };
         let activity = cache.update(&frame);
         entity.insert(CacheActivity::<T>(activity, PhantomData));
         if activity.look_again {
@@ -302,22 +316,11 @@ fn update_view_caches<T: Technique>(
             }
             continue;
         };
-        let Some(mut cache) = cache else {
-            let ready = frame.pipelines.ready(frame.cache);
-            if let Some(new) = ready.then(|| T::ViewCache::new(&frame)).flatten() {
-                entity.insert(new);
-            }
-            continue;
-        };
-        if !cache.fits(&frame) {
-            match T::ViewCache::new(&frame) {
-                Some(new) => *cache = new,
-                None => {
-                    entity.remove::<(T::ViewCache, ViewActivity<T>)>();
-                    continue;
-                }
-            }
-        }
+        let ready = frame.pipelines.ready(frame.cache);
+        let new = || T::ViewCache::new(&frame);
+        let fits = |cache: &T::ViewCache| cache.fits(&frame);
+        let cache = kept::<_, ViewActivity<T>>(&mut entity, cache, ready, new, fits);
+        let Some(mut cache) = cache else { continue };
         let settling = cache.update(&frame);
         entity.insert(ViewActivity::<T>(settling, PhantomData));
     }

@@ -117,7 +117,7 @@ pub(super) fn plan(before: &Content, now: &Content, round: u32, again: bool) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{probes::ProbePlacement, volume::GiVolume};
+    use crate::scene::volume::{GiVolume, ProbePlacement};
 
     fn grid() -> Grid {
         let volume = GiVolume::new(Vec3::splat(12.0)).with_resolution(128);

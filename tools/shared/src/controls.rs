@@ -221,7 +221,7 @@ fn update_help(
     let view = world.resource::<GiViews>().get(debug.view);
     let shown = format!(
         "{:.1} ms   technique: {technique}   view: {}{off}\n{}{legends}\n\
-             F1: inspector   G: GI on/off   T: technique   V: view   B: volumes and probes\n\
+             F1: inspector   G: GI on/off   T: technique   V: view   B: volumes and ambient cubes\n\
              P: quality preset   C: what lights the surface at the cursor   H: this help{hold}\n\
              WASD, E, Q: fly   Shift: faster   right mouse button: look\n{}",
         *smooth * 1000.0,
