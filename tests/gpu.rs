@@ -12,6 +12,8 @@ mod bulbs;
 mod cameras;
 #[path = "gpu/casters.rs"]
 mod casters;
+#[path = "gpu/composite.rs"]
+mod composite;
 #[path = "gpu/cornell.rs"]
 mod cornell;
 #[path = "gpu/custom.rs"]
@@ -45,6 +47,8 @@ mod quality;
 mod rooms;
 #[path = "gpu/rsm.rs"]
 mod rsm;
+#[path = "gpu/shared.rs"]
+mod shared;
 #[path = "gpu/strength.rs"]
 mod strength;
 #[path = "gpu/support.rs"]
@@ -57,3 +61,5 @@ mod voxels;
 mod webgpu;
 #[path = "gpu/world.rs"]
 mod world;
+#[path = "gpu/zz.rs"]
+mod zz;
