@@ -61,5 +61,3 @@ mod voxels;
 mod webgpu;
 #[path = "gpu/world.rs"]
 mod world;
-#[path = "gpu/zz.rs"]
-mod zz;

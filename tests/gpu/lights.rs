@@ -122,7 +122,7 @@ fn each_kind_of_light_bounces_as_much_as_it_should() {
     let rect = expected(|p| LUX * cosine(p).powi(4));
     let candela = LUX * FAR * FAR;
 
-    for (technique, off, most) in [(CONES, 0.15, 0.03), (HINTS, 0.15, 0.06)] {
+    for (technique, off, most) in [(CONES, 0.05, 0.02), (HINTS, 0.05, 0.03)] {
         let kinds: [(&str, f32, f32); 6] = [
             (
                 "directional",
