@@ -11,6 +11,8 @@ mod bulbs;
 mod cameras;
 #[path = "gpu/casters.rs"]
 mod casters;
+#[path = "gpu/composite.rs"]
+mod composite;
 #[path = "gpu/cornell.rs"]
 mod cornell;
 #[path = "gpu/custom.rs"]
@@ -46,6 +48,8 @@ mod quality;
 mod rooms;
 #[path = "gpu/rsm.rs"]
 mod rsm;
+#[path = "gpu/shared.rs"]
+mod shared;
 #[path = "gpu/strength.rs"]
 mod strength;
 #[path = "gpu/support.rs"]

@@ -17,11 +17,12 @@ use bevy_gi::{GiMaterial, GiMaterialPlugin, prelude::*};
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
+    shared::SharedApp,
     support::{Vpl, app, camera, material, read_voxels, read_vpls, settle},
 };
 
 /// An app with a volume around the origin.
-fn volume() -> Headless {
+fn volume() -> SharedApp {
     let mut headless = app();
     spawn_volume(&mut headless);
     headless

@@ -7,10 +7,10 @@ use bevy_gi::{prelude::*, reference::ReferenceSettings};
 use crate::{
     common::{
         figures::{Errors, blocks},
-        headless::Headless,
         reference,
         scenes::stage::{Stage, shining},
     },
+    shared::SharedApp,
     support::{HINTS, UNIT_EV100, app, assert_sane, camera, choose, settle, show},
 };
 
@@ -44,7 +44,7 @@ fn quad(
 /// means below `most`, from each of `views` (eye, point looked at, degrees).
 fn check(
     name: &str,
-    mut headless: Headless,
+    mut headless: SharedApp,
     bounds: [Vec3; 2],
     views: &[(Vec3, Vec3, f32)],
     most: f32,
@@ -64,7 +64,7 @@ fn check(
         let world = headless.app.world_mut();
         let traced = reference::prepare(world, camera, SIZE, ReferenceSettings::default());
         let mut traced = traced.expect("there is a camera");
-        reference::refine(&mut traced, 192);
+        reference::refine(&mut traced, 128);
         let truth = reference::picture(&traced, GiView::Indirect).expect("a view of the tracer's");
         world.despawn(camera);
         let errors = Errors::new(&blocks(&picture), &blocks(&truth));

@@ -8,7 +8,8 @@ use bevy_gi::{
 };
 
 use crate::{
-    common::{headless::Headless, scenes::stage::diffuse},
+    common::scenes::stage::diffuse,
+    shared::SharedApp,
     support::{
         HINTS, app, assert_sane, camera, choose, evaluate, in_render_world, lit_room, material,
         mean, settle, show, slab, spawn_cornell, words,
@@ -17,7 +18,7 @@ use crate::{
 
 /// An app with radiance hints under a sky of 1 nit all around: a camera looks at a black plate, too thin and small
 /// to be in the way, in the middle of 16 x 16 x 16 hints of 0.4 m.
-fn uniform_field() -> (Headless, Handle<Image>) {
+fn uniform_field() -> (SharedApp, Handle<Image>) {
     let mut headless = app();
     choose(&mut headless, HINTS);
     headless.app.world_mut().resource_mut::<GiSettings>().sky =
@@ -36,7 +37,7 @@ fn uniform_field() -> (Headless, Handle<Image>) {
 
 /// `E / pi` of the plate, nits.
 fn light_plate(
-    (headless, target): &mut (Headless, Handle<Image>),
+    (headless, target): &mut (SharedApp, Handle<Image>),
     settings: RadianceHintsSettings,
 ) -> f32 {
     let world = headless.app.world_mut();
@@ -178,7 +179,7 @@ fn a_lit_plane_is_a_plane_of_light() {
     // One for each 500 cm2: the plate is near.
     world.resource_mut::<GiCaptureSettings>().vpls = 2048;
     let volume = GiVolume::new(Vec3::new(11.0, 3.5, 11.0)).with_resolution(64);
-    let set = ProbeSet::default().with_resolution(22);
+    let set = ProbeSet::default().with_resolution(16);
     world.spawn((volume, set, Transform::from_xyz(0.0, 1.2, 0.0)));
     let sun = DirectionalLight {
         illuminance: 1.0,
@@ -214,7 +215,7 @@ fn a_lit_plane_is_a_plane_of_light() {
             let aim = Transform::default().looking_to(Vec3::new(sin, -cos, 0.0), Vec3::Z);
             *world.get_mut::<Transform>(sun).expect("the sun is there") = aim;
             // All virtual point lights have had their turn.
-            settle(&mut headless, 18);
+            settle(&mut headless, 12);
             let picture = headless.picture(&target);
             assert_sane(&picture, "plate");
             let e = std::f32::consts::PI * mean(&picture);
@@ -246,7 +247,7 @@ fn bounces_from_hint_to_hint_are_coloured() {
             }),
             ..default()
         };
-        settle(&mut headless, 14);
+        settle(&mut headless, 12);
         let picture = headless.picture(&target);
         let sum = |c: usize| picture.pixels.iter().map(|p| p[c]).sum::<f32>();
         sum(1) / sum(0)
@@ -300,18 +301,18 @@ fn every_mode_lights_a_room() {
         .iter_mut(world)
         .next()
         .expect("the box has a volume");
-    gi.resolution = 64;
-    let set = ProbeSet::default().with_resolution(12);
+    gi.resolution = 48;
+    let set = ProbeSet::default().with_resolution(10);
     world.entity_mut(volume).insert(set);
     let view = crate::common::scenes::cornell::view();
-    let size = UVec2::new(64, 36);
+    let size = UVec2::new(48, 28);
     let (_, target) = camera(&mut headless, size, view.eye, view.look, view.fov);
     let mut light = |name: &str, settings: RadianceHintsSettings| {
         *headless
             .app
             .world_mut()
             .resource_mut::<RadianceHintsSettings>() = settings;
-        settle(&mut headless, 14);
+        settle(&mut headless, 12);
         let picture = headless.picture(&target);
         assert_sane(&picture, name);
         let nits = mean(&picture);
@@ -427,7 +428,7 @@ fn every_mode_lights_a_room() {
         };
         let mut debug = world.resource_mut::<RadianceHintsDebugSettings>();
         (debug.view, debug.only_view) = (hint_view, true);
-        settle(&mut headless, 14);
+        settle(&mut headless, 12);
         mean(&headless.picture(&target))
     });
     println!("alone: first bounce {first:.3}, second {second:.3}, later ones {later:.3} nits");

@@ -15,8 +15,9 @@ use bevy::{
 use bevy_gi::{EmissiveUnits, prelude::*};
 
 use crate::{
-    common::{headless::Headless, scenes::stage::diffuse},
-    support::{app, assert_sane, camera, material, mean, settle, show, slab},
+    common::scenes::stage::diffuse,
+    shared::SharedApp,
+    support::{CONES, HINTS, app, assert_sane, camera, choose, material, mean, settle, show, slab},
 };
 
 /// Half of the floor's sides, metres.
@@ -47,10 +48,13 @@ fn expected(lux: impl Fn(Vec3) -> f32) -> f32 {
 }
 
 /// A floor, and a wall at its edge that faces it; one bounce.
-fn scene(floor: StandardMaterial) -> (Headless, Entity, Handle<Image>) {
+fn scene(technique: GiTechnique, floor: StandardMaterial) -> (SharedApp, Entity, Handle<Image>) {
     let mut headless = app();
+    choose(&mut headless, technique);
     let world = headless.app.world_mut();
     world.resource_mut::<VoxelConeTracingSettings>().bounces = 0;
+    let mut hints = world.resource_mut::<RadianceHintsSettings>();
+    (hints.bounces, hints.endless) = (1, false);
     let white = material(&mut headless, diffuse([ALBEDO; 3]));
     let floor = material(&mut headless, floor);
     let floor = slab(
@@ -67,6 +71,7 @@ fn scene(floor: StandardMaterial) -> (Headless, Entity, Handle<Image>) {
     );
     headless.app.world_mut().spawn((
         GiVolume::new(Vec3::new(4.8, 2.6, 4.4)).with_resolution(96),
+        ProbeSet::default().with_resolution(12),
         Transform::from_xyz(-0.1, 0.85, 0.0),
     ));
     // Sees 0.4 m of the wall.
@@ -82,10 +87,10 @@ fn scene(floor: StandardMaterial) -> (Headless, Entity, Handle<Image>) {
 }
 
 /// Nits of the wall from a floor that `spawn` lights.
-fn measure(floor: StandardMaterial, spawn: impl FnOnce(&mut World)) -> f32 {
-    let (mut headless, _, target) = scene(floor);
+fn measure(technique: GiTechnique, floor: StandardMaterial, spawn: impl FnOnce(&mut World)) -> f32 {
+    let (mut headless, _, target) = scene(technique, floor);
     spawn(headless.app.world_mut());
-    settle(&mut headless, 48);
+    settle(&mut headless, 32);
     let picture = headless.picture(&target);
     assert_sane(&picture, "wall");
     mean(&picture)
@@ -117,106 +122,112 @@ fn each_kind_of_light_bounces_as_much_as_it_should() {
     let rect = expected(|p| LUX * cosine(p).powi(4));
     let candela = LUX * FAR * FAR;
 
-    let kinds: [(&str, f32, f32); 6] = [
-        (
-            "directional",
-            measure(white(), |world| {
-                world.spawn((sun(), above()));
-            }),
-            even,
-        ),
-        (
-            "point",
-            measure(white(), |world| {
-                world.spawn((
-                    PointLight {
-                        intensity: candela * 4.0 * PI,
-                        range: 1e4,
-                        shadow_maps_enabled: true,
-                        ..default()
-                    },
-                    above(),
-                ));
-            }),
-            point,
-        ),
-        (
-            "spot",
-            measure(white(), |world| {
-                world.spawn((
-                    SpotLight {
-                        intensity: candela * 4.0 * PI,
-                        range: 1e4,
-                        inner_angle: 0.3,
-                        outer_angle: 0.4,
-                        shadow_maps_enabled: true,
-                        ..default()
-                    },
-                    above(),
-                ));
-            }),
-            point,
-        ),
-        (
-            "rect",
-            measure(white(), |world| {
-                world.spawn((
-                    RectLight {
-                        // candela = nits * area, lumens = pi * candela.
-                        intensity: candela * PI,
-                        width: 1.0,
-                        height: 1.0,
-                        range: 1e4,
-                        ..default()
-                    },
-                    above(),
-                ));
-            }),
-            rect,
-        ),
-        (
-            "emissive, nits",
-            measure(
-                StandardMaterial {
-                    emissive: LinearRgba::rgb(1.0, 1.0, 1.0) * (ALBEDO * LUX / PI),
-                    ..diffuse([0.0; 3])
-                },
-                |_| {},
+    for (technique, off, most) in [(CONES, 0.05, 0.02), (HINTS, 0.05, 0.03)] {
+        let kinds: [(&str, f32, f32); 6] = [
+            (
+                "directional",
+                measure(technique, white(), |world| {
+                    world.spawn((sun(), above()));
+                }),
+                even,
             ),
-            even,
-        ),
-        (
-            // The camera's exposure makes a nit 1: what looks like 1 shines with 1 nit.
-            "emissive, as seen",
-            measure(
-                StandardMaterial {
-                    emissive: LinearRgba::rgb(1.0, 1.0, 1.0) * (ALBEDO * LUX / PI),
-                    emissive_exposure_weight: 0.0,
-                    ..diffuse([0.0; 3])
-                },
-                |world| {
-                    world.resource_mut::<GiSettings>().emissive_units = EmissiveUnits::AsSeen;
-                },
+            (
+                "point",
+                measure(technique, white(), |world| {
+                    world.spawn((
+                        PointLight {
+                            intensity: candela * 4.0 * PI,
+                            range: 1e4,
+                            shadow_maps_enabled: true,
+                            ..default()
+                        },
+                        above(),
+                    ));
+                }),
+                point,
             ),
-            even,
-        ),
-    ];
-    for (kind, nits, truth) in kinds {
-        println!(
-            "{kind}: {nits:.2} nits, truth {truth:.2}, {:.3}",
-            nits / truth
-        );
-    }
-    let scale = kinds[0].1 / kinds[0].2;
-    // Cones of 60 degrees see a floor that ends at the wall's foot with some error ...
-    assert!((scale - 1.0).abs() < 0.15, "{scale} of the truth");
-    for (kind, nits, truth) in kinds {
-        // ... which is the same for every kind of light, but for 8 bits of albedo and of depth.
-        let relative = nits / truth / scale;
+            (
+                "spot",
+                measure(technique, white(), |world| {
+                    world.spawn((
+                        SpotLight {
+                            intensity: candela * 4.0 * PI,
+                            range: 1e4,
+                            inner_angle: 0.3,
+                            outer_angle: 0.4,
+                            shadow_maps_enabled: true,
+                            ..default()
+                        },
+                        above(),
+                    ));
+                }),
+                point,
+            ),
+            (
+                "rect",
+                measure(technique, white(), |world| {
+                    world.spawn((
+                        RectLight {
+                            // candela = nits * area, lumens = pi * candela.
+                            intensity: candela * PI,
+                            width: 1.0,
+                            height: 1.0,
+                            range: 1e4,
+                            ..default()
+                        },
+                        above(),
+                    ));
+                }),
+                rect,
+            ),
+            (
+                "emissive, nits",
+                measure(
+                    technique,
+                    StandardMaterial {
+                        emissive: LinearRgba::rgb(1.0, 1.0, 1.0) * (ALBEDO * LUX / PI),
+                        ..diffuse([0.0; 3])
+                    },
+                    |_| {},
+                ),
+                even,
+            ),
+            (
+                // The camera's exposure makes a nit 1: what looks like 1 shines with 1 nit.
+                "emissive, as seen",
+                measure(
+                    technique,
+                    StandardMaterial {
+                        emissive: LinearRgba::rgb(1.0, 1.0, 1.0) * (ALBEDO * LUX / PI),
+                        emissive_exposure_weight: 0.0,
+                        ..diffuse([0.0; 3])
+                    },
+                    |world| {
+                        world.resource_mut::<GiSettings>().emissive_units = EmissiveUnits::AsSeen;
+                    },
+                ),
+                even,
+            ),
+        ];
+        for (kind, nits, truth) in kinds {
+            println!(
+                "{technique:?}, {kind}: {nits:.2} nits, truth {truth:.2}, {:.3}",
+                nits / truth
+            );
+        }
+        let scale = kinds[0].1 / kinds[0].2;
+        // Cones of 60 degrees see a floor that ends at the wall's foot with some error, and hints are 0.4 m apart ...
         assert!(
-            (relative - 1.0).abs() < 0.03,
-            "{kind}: {relative} of the sun"
+            (scale - 1.0).abs() < off,
+            "{technique:?}: {scale} of the truth"
         );
+        for (kind, nits, truth) in kinds {
+            // ... which is the same for every kind of light, but for 8 bits of albedo and of depth, and rays of hints to what
+            // shines by itself.
+            let relative = nits / truth / scale;
+            let apart = (relative - 1.0).abs();
+            assert!(apart < most, "{technique:?}, {kind}: {relative} of the sun");
+        }
     }
 }
 
@@ -234,7 +245,7 @@ fn what_fills_a_part_of_a_voxel_shines_as_a_part() {
         // Where it lies in a voxel decides about single figures.
         let offsets = [0.0, 0.011, 0.023, 0.037];
         for offset in offsets {
-            let nits = measure(diffuse([0.0; 3]), |world| {
+            let nits = measure(CONES, diffuse([0.0; 3]), |world| {
                 let mut stage = crate::common::scenes::stage::Stage(world);
                 let lamp = stage.material(StandardMaterial {
                     emissive: LinearRgba::rgb(NITS, NITS, NITS),
@@ -269,10 +280,10 @@ fn what_fills_a_part_of_a_voxel_shines_as_a_part() {
 
 #[test]
 fn lights_and_meshes_take_part_as_told() {
-    let all = measure(white(), |world| {
+    let all = measure(CONES, white(), |world| {
         world.spawn((sun(), above()));
     });
-    let double = measure(white(), |world| {
+    let double = measure(CONES, white(), |world| {
         world.spawn((
             sun(),
             above(),
@@ -283,30 +294,30 @@ fn lights_and_meshes_take_part_as_told() {
         ));
     });
     assert!((double / all - 2.0).abs() < 0.01, "{double} of {all}");
-    let off = measure(white(), |world| {
+    let off = measure(CONES, white(), |world| {
         world.spawn((sun(), above(), GiLight::OFF));
     });
     assert_eq!(off, 0.0, "GiLight::OFF");
-    let not_asked = measure(white(), |world| {
+    let not_asked = measure(CONES, white(), |world| {
         world.resource_mut::<GiSettings>().auto_lights = false;
         world.spawn((sun(), above()));
     });
     assert_eq!(not_asked, 0.0, "auto_lights off");
-    let asked = measure(white(), |world| {
+    let asked = measure(CONES, white(), |world| {
         world.resource_mut::<GiSettings>().auto_lights = false;
         world.spawn((sun(), above(), GiLight::default()));
     });
     assert!((asked / all - 1.0).abs() < 1e-3, "{asked} of {all}");
-    let hidden = measure(white(), |world| {
+    let hidden = measure(CONES, white(), |world| {
         world.spawn((sun(), above(), Visibility::Hidden));
     });
     assert_eq!(hidden, 0.0, "a hidden light");
 
-    let (mut headless, floor, target) = scene(white());
+    let (mut headless, floor, target) = scene(CONES, white());
     let world = headless.app.world_mut();
     world.spawn((sun(), above()));
     world.entity_mut(floor).insert(NotGiCaster);
-    settle(&mut headless, 24);
+    settle(&mut headless, 12);
     let without = mean(&headless.picture(&target));
     assert!(without < 0.01 * all, "{without}: the floor does not bounce");
 }
@@ -360,7 +371,7 @@ fn plate(facing: Dir3, sky: GiSky, map: Option<Image>) -> f32 {
         });
     }
     show(&mut headless, GiView::Irradiance);
-    settle(&mut headless, 40);
+    settle(&mut headless, 24);
     let picture = headless.picture(&target);
     assert_sane(&picture, "plate");
     mean(&picture)

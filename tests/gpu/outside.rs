@@ -5,6 +5,7 @@ use bevy_gi::prelude::*;
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
+    shared::SharedApp,
     support::{TECHNIQUES, app, camera, choose, material, mean, settle, show, slab},
 };
 
@@ -18,8 +19,17 @@ fn sun(headless: &mut Headless, direction: Vec3) {
     headless.app.world_mut().spawn((light, transform));
 }
 
+/// A volume around what stands at a place.
+fn small_volume(at: Vec3) -> impl Bundle {
+    (
+        GiVolume::new(Vec3::new(6.0, 4.0, 6.0)).with_resolution(32),
+        ProbeSet::default().with_resolution(10),
+        Transform::from_translation(at + Vec3::Y),
+    )
+}
+
 /// A floor and a red wall in a small volume, seen from close by; indirect light only.
-fn yard(technique: GiTechnique) -> (Headless, Handle<Image>) {
+fn yard(technique: GiTechnique) -> (SharedApp, Handle<Image>) {
     let mut headless = app();
     choose(&mut headless, technique);
     show(&mut headless, GiView::Indirect);
@@ -37,10 +47,7 @@ fn yard(technique: GiTechnique) -> (Headless, Handle<Image>) {
         Vec3::new(2.0, 2.0, -1.5),
         &red,
     );
-    headless.app.world_mut().spawn((
-        GiVolume::new(Vec3::new(6.0, 4.0, 6.0)).with_resolution(32),
-        Transform::from_xyz(0.0, 1.0, 0.0),
-    ));
+    headless.app.world_mut().spawn(small_volume(Vec3::ZERO));
     let (eye, look) = (Vec3::new(1.5, 1.6, 2.6), Vec3::new(0.0, 0.5, -1.0));
     let (_, target) = camera(&mut headless, UVec2::new(48, 32), eye, look, 50.0);
     (headless, target)
@@ -110,10 +117,10 @@ fn a_second_volume_far_away_changes_nothing() {
         sun(&mut headless, Vec3::new(-1.0, -0.6, 0.2));
         settle(&mut headless, 32);
         let alone = headless.picture(&target);
-        headless.app.world_mut().spawn((
-            GiVolume::new(Vec3::new(6.0, 4.0, 6.0)).with_resolution(32),
-            Transform::from_xyz(0.0, 1.0, 400.0),
-        ));
+        headless
+            .app
+            .world_mut()
+            .spawn(small_volume(Vec3::Z * 400.0));
         let white = material(&mut headless, diffuse([0.7; 3]));
         slab(
             &mut headless,
@@ -140,6 +147,7 @@ fn nested_volumes_count_the_sun_once() {
         let one = mean(&headless.picture(&target));
         headless.app.world_mut().spawn((
             GiVolume::new(Vec3::new(18.0, 12.0, 18.0)).with_resolution(64),
+            ProbeSet::default().with_resolution(14),
             Transform::from_xyz(0.0, 1.0, 0.0),
         ));
         settle(&mut headless, 32);

@@ -59,10 +59,10 @@ fn a_pin_places_one_probe() {
 /// In a volume that is much larger than what is in it, probes stand where that is, and light it as before.
 #[test]
 fn automatic_placement_follows_what_is_there() {
-    let volume = GiVolume::new(Vec3::splat(16.0)).with_resolution(128);
-    let set = ProbeSet::default().with_resolution(32);
+    let volume = GiVolume::new(Vec3::splat(16.0)).with_resolution(80);
+    let set = ProbeSet::default().with_resolution(24);
     let (mut headless, entity, target) = lit_room([0.7; 3], (volume, set));
-    settle(&mut headless, 24);
+    settle(&mut headless, 12);
     let (everywhere, _) = probes(&mut headless);
     let before = mean(&headless.picture(&target));
     headless
@@ -74,7 +74,7 @@ fn automatic_placement_follows_what_is_there() {
             ..set
         });
     headless.steps(2);
-    settle(&mut headless, 24);
+    settle(&mut headless, 12);
     let (around, _) = probes(&mut headless);
     let picture = headless.picture(&target);
     assert_sane(&picture, "automatic placement");
@@ -97,10 +97,10 @@ fn automatic_placement_follows_what_is_there() {
 /// A volume that moves takes the light of its hints along: nothing flickers on what stays inside.
 #[test]
 fn a_moving_volume_keeps_its_light() {
-    let volume = GiVolume::new(Vec3::splat(12.0))
-        .with_resolution(96)
+    let volume = GiVolume::new(Vec3::splat(9.6))
+        .with_resolution(80)
         .following_camera();
-    let set = ProbeSet::default().with_resolution(32);
+    let set = ProbeSet::default().with_resolution(20);
     let (mut headless, entity, target) = lit_room([0.7; 3], (volume, set));
     settle(&mut headless, 40);
     let still = mean(&headless.picture(&target));
@@ -108,7 +108,7 @@ fn a_moving_volume_keeps_its_light() {
     let mut worst = 0.0f32;
     let mut steps = 0;
     for i in 1..=3 {
-        // The transform is an offset from the camera; the grid moves in steps of 8 voxels of 1/8 m.
+        // The transform is an offset from the camera; the grid moves in steps of whole cells of the lattice, half a metre.
         let mut place = headless
             .app
             .world_mut()

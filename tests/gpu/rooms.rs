@@ -10,7 +10,7 @@ use crate::{
 
 /// In a closed room whose walls emit 1 nit and reflect half, each bounce adds half of the last:
 /// 1 + 1/2 + 1/4 + ... = 2 nits everywhere.
-fn check_furnace(technique: GiTechnique) {
+fn check_furnace(technique: GiTechnique, most: f32) {
     let mut headless = app();
     choose(&mut headless, technique);
     let walls = material(
@@ -29,7 +29,8 @@ fn check_furnace(technique: GiTechnique) {
         &walls,
     );
     let volume = GiVolume::new(Vec3::splat(5.2)).with_resolution(64);
-    headless.app.world_mut().spawn(volume);
+    let probes = ProbeSet::default().with_resolution(16);
+    headless.app.world_mut().spawn((volume, probes));
     headless
         .app
         .world_mut()
@@ -37,35 +38,31 @@ fn check_furnace(technique: GiTechnique) {
         .bounces = 12;
     let (_, target) = camera(
         &mut headless,
-        UVec2::new(96, 64),
+        UVec2::new(48, 32),
         Vec3::new(-1.2, -0.4, 1.4),
         Vec3::new(1.0, 0.3, -1.0),
         80.0,
     );
-    settle(&mut headless, 60);
+    settle(&mut headless, 48);
     let picture = headless.picture(&target);
     assert_sane(&picture, "furnace");
     let nits = mean(&picture);
     println!("white furnace, {technique:?}: {nits:.4} nits, truth 2");
-    assert!(
-        (nits - 2.0).abs() < 0.1,
-        "{nits} nits in place of 2, 5 % allowed"
-    );
+    let apart = (nits - 2.0).abs();
+    assert!(apart < most, "{technique:?}: {nits} nits in place of 2");
 }
 
 #[test]
 fn white_furnace_has_two_nits() {
-    check_furnace(CONES);
-}
-
-#[test]
-fn white_furnace_of_hints_has_two_nits() {
-    check_furnace(HINTS);
+    // Nits that may be missing. Of twelve bounces in voxels, and of opacity that lets some light out: 2.5 %.
+    for (technique, most) in [(CONES, 0.1), (HINTS, 0.02)] {
+        check_furnace(technique, most);
+    }
 }
 
 /// Light in a room does not pass a wall of some voxels into the sealed room beside it. Swept over
 /// phases of the wall against the grid.
-fn check_sealed(technique: GiTechnique, voxels: f32, phases: u32) {
+fn check_sealed(technique: GiTechnique, voxels: f32, phases: u32, most: f32) {
     let mut headless = app();
     choose(&mut headless, technique);
     let white = material(&mut headless, diffuse([0.7; 3]));
@@ -73,18 +70,19 @@ fn check_sealed(technique: GiTechnique, voxels: f32, phases: u32) {
     let half = 0.05 * voxels;
     room(
         &mut headless,
-        Vec3::new(-2.6, -1.3, -1.3),
-        Vec3::new(2.6, 1.3, 1.3),
+        Vec3::new(-2.6, -0.9, -0.9),
+        Vec3::new(2.6, 0.9, 0.9),
         0.3,
         &white,
     );
-    let (min, max) = (Vec3::new(-half, -1.3, -1.3), Vec3::new(half, 1.3, 1.3));
+    let (min, max) = (Vec3::new(-half, -0.9, -0.9), Vec3::new(half, 0.9, 0.9));
     let wall = slab(&mut headless, min, max, &white);
     let world = headless.app.world_mut();
-    world.spawn(GiVolume::new(Vec3::splat(6.4)).with_resolution(64));
+    // As high and as deep as the rooms are: probes stand as close as by default, and are fewer.
+    world.spawn(GiVolume::new(Vec3::new(6.4, 2.8, 2.8)).with_resolution(64));
     world.spawn((
         PointLight {
-            intensity: 4000.0,
+            intensity: 2000.0,
             range: 100.0,
             shadow_maps_enabled: true,
             ..default()
@@ -92,6 +90,8 @@ fn check_sealed(technique: GiTechnique, voxels: f32, phases: u32) {
         Transform::from_xyz(1.4, 0.6, 0.0),
     ));
     world.resource_mut::<GiDebugSettings>().view = GiView::Irradiance;
+    // Further bounces add a little to both rooms.
+    world.resource_mut::<VoxelConeTracingSettings>().bounces = 4;
     let [dark, lit] = [-2.4, 2.4].map(|x| {
         let (size, eye) = (UVec2::new(48, 48), Vec3::new(x, 0.0, 0.0));
         camera(&mut headless, size, eye, Vec3::new(0.0, 0.0, 0.01), 90.0).1
@@ -100,9 +100,8 @@ fn check_sealed(technique: GiTechnique, voxels: f32, phases: u32) {
     for phase in 0..phases {
         let mut wall = headless.app.world_mut().entity_mut(wall);
         wall.get_mut::<Transform>().unwrap().translation.x = 0.1 * phase as f32 / phases as f32;
-        // Hints have all bounces within a few frames.
-        let hints = technique == HINTS;
-        settle(&mut headless, if hints { 16 } else { 40 });
+        // All virtual point lights have had their turn, and light has bounced.
+        settle(&mut headless, 14);
         let (dark, lit) = (
             mean(&headless.picture(&dark)),
             mean(&headless.picture(&lit)),
@@ -114,15 +113,13 @@ fn check_sealed(technique: GiTechnique, voxels: f32, phases: u32) {
         assert!(lit > 1.0, "the lit room is lit");
         worst = worst.max(dark / lit);
     }
-    assert!(worst < 0.02, "{worst} of the light leaks, 2 % allowed");
+    assert!(worst < most, "{technique:?}: {worst} of the light leaks");
 }
 
 #[test]
 fn sealed_room_stays_dark() {
-    check_sealed(CONES, 2.0, 4);
-}
-
-#[test]
-fn sealed_room_of_hints_stays_dark() {
-    check_sealed(HINTS, 1.0, 8);
+    // Thickness of the wall in voxels, phases, and the part of the light that may leak: 1.5 % and 0.11 % do.
+    for (technique, voxels, phases, most) in [(CONES, 2.0, 4, 0.02), (HINTS, 1.0, 8, 0.003)] {
+        check_sealed(technique, voxels, phases, most);
+    }
 }

@@ -11,6 +11,7 @@ use crate::{
         headless::{Headless, Picture},
         scenes::stage::diffuse,
     },
+    shared::SharedApp,
     support::{CONES, Vpl, app, assert_sane, camera, material, read_vpls, room, settle, slab},
 };
 
@@ -18,7 +19,7 @@ const ALBEDO: f32 = 0.5;
 
 /// A closed room of 4 x 3 x 4 m, white as far as it goes, in a volume; its maps are computed because they
 /// are shown.
-fn closed_room(colour: [f32; 3]) -> (Headless, Handle<Image>) {
+fn closed_room(colour: [f32; 3]) -> (SharedApp, Handle<Image>) {
     let mut headless = app();
     let walls = material(&mut headless, diffuse(colour));
     let (min, max) = (Vec3::new(-2.0, 0.0, -2.0), Vec3::new(2.0, 3.0, 2.0));

@@ -10,6 +10,7 @@ use crate::{
         headless::{Headless, Picture},
         scenes::stage::{Stage, diffuse},
     },
+    shared::SharedApp,
     support::{
         HINTS, TECHNIQUES, UNIT_EV100, app, assert_sane, camera, choose, evaluate, luminance,
         material, mean, read_vpls, room, settle, show, slab,
@@ -17,6 +18,8 @@ use crate::{
 };
 
 const SIZE: UVec2 = UVec2::new(48, 32);
+/// Frames until light that is compared has settled.
+const FRAMES: u32 = 24;
 
 /// Lets the camera's white be so many nits.
 fn expose(headless: &mut Headless, camera: Entity, white: f32) {
@@ -46,7 +49,7 @@ fn middle(picture: &Picture) -> f32 {
 /// A room with a window, and all that shines: a lamp, a sun, a sky, and a panel. In the middle of the picture is a
 /// forward-rendered ball that none of them but the sky and the panel reaches: Bevy's own light is not in it.
 struct Everything {
-    headless: Headless,
+    headless: SharedApp,
     camera: Entity,
     target: Handle<Image>,
     lamp: Entity,
@@ -111,7 +114,8 @@ impl Everything {
             Transform::default().looking_to(Vec3::new(-1.0, -1.2, 0.0), Vec3::Y),
         ));
         let sun = sun.id();
-        world.spawn(GiVolume::new(Vec3::new(5.2, 4.2, 5.2)).with_resolution(48));
+        let volume = GiVolume::new(Vec3::new(5.2, 4.2, 5.2)).with_resolution(48);
+        world.spawn((volume, ProbeSet::default().with_resolution(12)));
         show(&mut headless, GiView::Irradiance);
         let eye = Vec3::new(0.3, 0.2, 1.7);
         let (camera, target) = camera(&mut headless, SIZE, eye, Vec3::ZERO, 70.0);
@@ -143,7 +147,7 @@ impl Everything {
     fn see(&mut self, strength: f32, white: f32) -> Picture {
         self.set(strength);
         expose(&mut self.headless, self.camera, white);
-        settle(&mut self.headless, 34);
+        settle(&mut self.headless, FRAMES);
         let picture = self.headless.picture(&self.target);
         assert_sane(&picture, "everything");
         picture.scaled(white / strength)
@@ -183,7 +187,7 @@ fn switching_strengths_does_not_flash() {
         let mut scene = Everything::new(technique);
         scene.see(1.0, 1.0);
         // Until the history knows nothing of the first bounces alone.
-        scene.headless.steps(100);
+        scene.headless.steps(70);
         let usual = mean(&scene.headless.picture(&scene.target));
         let Everything {
             mut headless,
@@ -268,7 +272,9 @@ fn a_panel_lights_the_same_beside_a_filament() {
             &panel,
         );
         stage.slab(at - 0.04, at + 0.04, &filament);
-        world.spawn(GiVolume::new(Vec3::new(12.8, 4.0, 4.4)).with_resolution(64));
+        // A cell of the probes is 0.8 m.
+        let volume = GiVolume::new(Vec3::new(12.8, 4.0, 4.4)).with_resolution(64);
+        world.spawn((volume, ProbeSet::default().with_resolution(16)));
         show(&mut headless, GiView::Irradiance);
         let eye = Vec3::new(-2.8, 0.0, 1.2);
         let (camera, target) = camera(&mut headless, SIZE, eye, min, 70.0);
@@ -283,7 +289,7 @@ fn a_panel_lights_the_same_beside_a_filament() {
                 };
                 shine(&panel, nits);
                 shine(&filament, burning);
-                settle(&mut headless, 34);
+                settle(&mut headless, FRAMES);
                 let picture = headless.picture(&target);
                 assert_sane(&picture, "panel");
                 picture
@@ -325,7 +331,8 @@ fn a_filament_lights_a_wall() {
         slab(&mut headless, at - half, at + half, &strip);
         let volume = GiVolume::new(Vec3::new(3.2, 3.2, 2.4)).with_resolution(64);
         let world = headless.app.world_mut();
-        world.spawn((volume, Transform::from_xyz(0.0, 0.0, 0.5)));
+        let at = Transform::from_xyz(0.0, 0.0, 0.5);
+        world.spawn((volume, at, ProbeSet::default().with_resolution(12)));
         show(&mut headless, GiView::Irradiance);
         let eye = Vec3::new(0.5, 0.0, 0.6);
         let (camera, target) = camera(&mut headless, UVec2::splat(16), eye, Vec3::ZERO, 20.0);
@@ -334,7 +341,7 @@ fn a_filament_lights_a_wall() {
             let world = headless.app.world_mut();
             let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
             materials.get_mut(&strip).unwrap().emissive = LinearRgba::rgb(nits, nits, nits);
-            settle(&mut headless, 34);
+            settle(&mut headless, FRAMES);
             let picture = headless.picture(&target);
             assert_sane(&picture, "wall");
             mean(&picture) * 0.1
@@ -362,14 +369,15 @@ fn the_night_sky_lights_what_is_below() {
         let world = headless.app.world_mut();
         let sky = LinearRgba::rgb(NIGHT, NIGHT, NIGHT);
         world.resource_mut::<GiSettings>().sky = GiSky::Constant(sky);
-        world.spawn(GiVolume::new(Vec3::splat(2.0)).with_resolution(32));
+        let volume = GiVolume::new(Vec3::splat(2.0)).with_resolution(32);
+        world.spawn((volume, ProbeSet::default().with_resolution(8)));
         let half = Vec3::new(0.5, 0.1, 0.5);
         slab(&mut headless, -half, half, &white);
         show(&mut headless, GiView::Irradiance);
         let eye = Vec3::new(0.0, 0.9, 0.0);
         let (camera, target) = camera(&mut headless, UVec2::splat(16), eye, Vec3::ZERO, 20.0);
         expose(&mut headless, camera, NIGHT);
-        settle(&mut headless, 34);
+        settle(&mut headless, FRAMES);
         let picture = headless.picture(&target);
         assert_sane(&picture, "night");
         let nits = mean(&picture) * NIGHT;

@@ -26,12 +26,15 @@ use bevy_gi::{
 };
 
 pub use crate::common::figures::{luminance, mean};
-use crate::common::{
-    headless::{Headless, Picture, image_target},
-    scenes::{
-        cornell,
-        stage::{Stage, diffuse},
+use crate::{
+    common::{
+        headless::{Headless, Picture, image_target},
+        scenes::{
+            cornell,
+            stage::{Stage, diffuse},
+        },
     },
+    shared::{Pool, SharedApp},
 };
 
 /// With this exposure, a nit is 1 in the HDR target.
@@ -45,26 +48,38 @@ pub const HINTS: GiTechnique = GiTechnique::new("hints");
 pub const TECHNIQUES: [GiTechnique; 2] = [CONES, HINTS];
 
 /// A headless app with the plugin, no ambient light, and emission in nits; with voxel cone tracing, unless a test
-/// chooses another technique.
-pub fn app() -> Headless {
-    app_on(WgpuSettings::default(), |_| {})
+/// chooses another technique. Other tests have used it, and will.
+pub fn app() -> SharedApp {
+    static APPS: Pool = Pool::new(|| app_on(WgpuSettings::default(), |_| {}));
+    app_of(&APPS)
 }
 
-/// The same on a device of that making, with what `configure` adds.
+/// The same from other apps that [`app_on`] makes.
+pub fn app_of(apps: &'static Pool) -> SharedApp {
+    let mut headless = apps.take();
+    headless.app.insert_resource(settings());
+    headless
+}
+
+/// Such an app on a device of that making, with what `configure` adds.
 pub fn app_on(device: WgpuSettings, configure: impl FnOnce(&mut App)) -> Headless {
     Headless::on(device, |app| {
         app.add_plugins(GiPlugins)
             .insert_resource(ClearColor(Color::BLACK))
             .insert_resource(GlobalAmbientLight::NONE)
-            .insert_resource(GiSettings {
-                technique: CONES,
-                replace_ambient: true,
-                sky: GiSky::Black,
-                emissive_units: bevy_gi::EmissiveUnits::Nits,
-                ..default()
-            });
+            .insert_resource(settings());
         configure(app);
     })
+}
+
+fn settings() -> GiSettings {
+    GiSettings {
+        technique: CONES,
+        replace_ambient: true,
+        sky: GiSky::Black,
+        emissive_units: bevy_gi::EmissiveUnits::Nits,
+        ..default()
+    }
 }
 
 /// Lights everything with a technique.
@@ -130,7 +145,7 @@ pub fn room(
 }
 
 /// A room of 4 m with a lamp and a volume in it, whose irradiance is seen from inside; with radiance hints.
-pub fn lit_room(albedo: [f32; 3], volume: impl Bundle) -> (Headless, Entity, Handle<Image>) {
+pub fn lit_room(albedo: [f32; 3], volume: impl Bundle) -> (SharedApp, Entity, Handle<Image>) {
     let mut headless = app();
     choose(&mut headless, HINTS);
     let walls = material(&mut headless, diffuse(albedo));

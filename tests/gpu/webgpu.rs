@@ -9,24 +9,43 @@ use bevy_gi::{GiSupport, prelude::*};
 
 use crate::{
     common::{headless::Picture, scenes::stage::diffuse},
+    shared::{Pool, SharedApp},
     support::{
-        CONES, HINTS, TECHNIQUES, app_on, assert_sane, camera, choose, luminance, material, room,
-        settle,
+        CONES, HINTS, TECHNIQUES, app, app_of, app_on, assert_sane, camera, choose, luminance,
+        material, room, settle,
     },
 };
 
-/// As with `WGPU_SETTINGS_PRIO=webgpu`.
-fn webgpu() -> WgpuSettings {
-    WgpuSettings {
-        priority: WgpuSettingsPriority::WebGPU,
-        ..default()
-    }
+/// An app on a device as with `WGPU_SETTINGS_PRIO=webgpu`.
+fn webgpu() -> SharedApp {
+    static APPS: Pool = Pool::new(|| {
+        let device = WgpuSettings {
+            priority: WgpuSettingsPriority::WebGPU,
+            ..default()
+        };
+        app_on(device, |_| {})
+    });
+    app_of(&APPS)
+}
+
+/// An app on a device for which cells of the largest volume would be too large a texture.
+fn small_textures() -> SharedApp {
+    static APPS: Pool = Pool::new(|| {
+        let device = WgpuSettings {
+            constrained_limits: Some(WgpuLimits {
+                max_texture_dimension_3d: 1024,
+                ..WgpuLimits::defaults()
+            }),
+            ..default()
+        };
+        app_on(device, |_| {})
+    });
+    app_of(&APPS)
 }
 
 /// A room with a lamp, a red ball that is deferred, and a green one that is drawn forward. Also what the device says
 /// about the technique.
-fn render(device: WgpuSettings, technique: GiTechnique) -> (Picture, Option<String>) {
-    let mut headless = app_on(device, |_| {});
+fn render(mut headless: SharedApp, technique: GiTechnique) -> (Picture, Option<String>) {
     choose(&mut headless, technique);
     let half = Vec3::splat(1.5);
     let walls = material(&mut headless, diffuse([0.6; 3]));
@@ -83,7 +102,7 @@ fn pictures_are_the_same_with_what_webgpu_guarantees() {
     for technique in [&[off], &TECHNIQUES[..]].concat() {
         let (here, why) = render(webgpu(), technique);
         assert_eq!(why, None);
-        let (elsewhere, _) = render(WgpuSettings::default(), technique);
+        let (elsewhere, _) = render(app(), technique);
         let apart = difference(&here, &elsewhere);
         let added = difference(&here, &dark);
         println!("{technique:?}: {apart:.5} apart, {added:.3} is indirect");
@@ -99,21 +118,12 @@ fn pictures_are_the_same_with_what_webgpu_guarantees() {
 /// what they did.
 #[test]
 fn a_technique_that_lacks_something_renders_as_off() {
-    let vct = CONES;
-    let device = || WgpuSettings {
-        // Cells of the largest volume would not fit.
-        constrained_limits: Some(WgpuLimits {
-            max_texture_dimension_3d: 1024,
-            ..WgpuLimits::defaults()
-        }),
-        ..default()
-    };
-    let (picture, why) = render(device(), vct);
+    let (picture, why) = render(small_textures(), CONES);
     let why = why.expect("it is too small");
     assert!(why.contains("Voxel cone tracing is off"), "{why}");
-    let (off, _) = render(device(), GiTechnique::OFF);
+    let (off, _) = render(small_textures(), GiTechnique::OFF);
     assert!(picture.pixels == off.pixels);
-    let (hints, why) = render(device(), HINTS);
+    let (hints, why) = render(small_textures(), HINTS);
     assert_eq!(why, None);
     let added = difference(&hints, &off);
     assert!(added > 0.2, "{added}");

@@ -23,6 +23,7 @@ use bevy_gi::{
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
+    shared::SharedApp,
     support::{
         CONES, Voxels, app, camera, choose, in_render_world, lit_room, material, mean, read_voxels,
         read_vpls, settle, slab,
@@ -34,7 +35,7 @@ const EYE: f32 = 6.0;
 
 /// A volume of 3.2 m in voxels of 0.1 m around the origin, which a camera sees from +z. All parts of the capture are
 /// wanted: voxels and shadow maps by the technique, reflective shadow maps as they are shown.
-fn volume() -> (Headless, Entity) {
+fn volume() -> (SharedApp, Entity) {
     let mut headless = app();
     choose(&mut headless, CONES);
     let world = headless.app.world_mut();

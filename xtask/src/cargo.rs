@@ -4,9 +4,11 @@ use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    sync::Mutex,
+    time::Instant,
 };
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 
 /// The repository.
 pub fn root() -> PathBuf {
@@ -101,31 +103,82 @@ pub fn test(filter: Option<&str>) -> Result<()> {
     results.into_iter().collect()
 }
 
-/// The tests of `tests/gpu.rs`, one at a time, each module in its own process: Mesa's software driver
-/// keeps memory mappings of every pipeline it has compiled, and a process may have 65 530 of them.
+/// The tests of `tests/gpu.rs`, each module in its own process: Mesa's software driver keeps memory mappings of every
+/// pipeline it has compiled, and a process may have 65 530 of them. Two processes run at once, since that driver runs only
+/// a part of its work on more than one core.
 fn rendering_tests(filter: Option<&str>) -> Result<()> {
-    const GPU: [&str; 6] = ["test", "--release", "--package", "bevy_gi", "--test", "gpu"];
-    let mut list = vec!["--", "--list", "--format=terse"];
-    list.extend(filter);
-    let listed = output(&[&GPU[..], &list].concat())?;
-    let names = listed
-        .lines()
-        .filter_map(|line| line.strip_suffix(": test"));
-    let mut modules = BTreeMap::<&str, Vec<&str>>::new();
-    for name in names {
-        let module = name.split("::").next().unwrap_or(name);
-        modules.entry(module).or_default().push(name);
+    let binary = rendering_test_binary()?;
+    let mut modules = BTreeMap::<String, Vec<String>>::new();
+    for name in listed(&binary, filter)? {
+        let module = name.split("::").next().unwrap_or(&name);
+        modules.entry(module.into()).or_default().push(name);
     }
-    let mut failed = Vec::new();
-    for (module, names) in modules {
-        let one_by_one = ["--", "--test-threads=1", "--exact"];
-        if let Err(error) = cargo(&[&GPU[..], &one_by_one, &names].concat()) {
-            eprintln!("{error}");
-            failed.push(module);
+    let waiting = Mutex::new(modules.into_iter());
+    let failed = Mutex::new(Vec::new());
+    let work = || {
+        // The lock is free again before the module runs.
+        let next = || waiting.lock().expect("no worker panics").next();
+        while let Some((module, names)) = next() {
+            let start = Instant::now();
+            let passed = run_tests(&binary, &names);
+            let passed = passed.unwrap_or_else(|error| {
+                eprintln!("{error}");
+                false
+            });
+            println!("{module}: {:.0} s", start.elapsed().as_secs_f32());
+            if !passed {
+                failed.lock().expect("no worker panics").push(module);
+            }
         }
-    }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(work);
+        }
+    });
+    let failed = failed.into_inner().expect("no worker panics");
     if !failed.is_empty() {
         bail!("rendering tests failed: {}", failed.join(", "));
     }
     Ok(())
+}
+
+/// Builds the rendering tests, and finds the program that cargo makes of them.
+fn rendering_test_binary() -> Result<PathBuf> {
+    let mut build = command(&["test", "--release", "--package", "bevy_gi", "--test", "gpu"]);
+    build.args(["--no-run", "--message-format=json-render-diagnostics"]);
+    let built = build.stderr(Stdio::inherit()).output()?;
+    if !built.status.success() {
+        bail!("cargo cannot build the rendering tests");
+    }
+    let messages = String::from_utf8(built.stdout)?;
+    let messages = messages.lines().map(serde_json::from_str);
+    let programs = messages
+        .filter_map(|message: serde_json::Result<serde_json::Value>| message.ok())
+        .filter(|message| message["target"]["name"] == "gpu")
+        .filter_map(|message| Some(message["executable"].as_str()?.into()));
+    programs.last().context("cargo names no program")
+}
+
+/// Names of the tests in a program, or of those that contain `filter`.
+fn listed(binary: &Path, filter: Option<&str>) -> Result<Vec<String>> {
+    let mut list = Command::new(binary);
+    list.args(["--list", "--format=terse"]).args(filter);
+    let names = String::from_utf8(list.output()?.stdout)?;
+    let names = names.lines().filter_map(|line| line.strip_suffix(": test"));
+    Ok(names.map(Into::into).collect())
+}
+
+/// Runs some tests of a program, one at a time, and shows what they say once all of them are done. Whether they pass.
+fn run_tests(binary: &Path, names: &[String]) -> Result<bool> {
+    let output = Command::new(binary)
+        .args(["--test-threads=1", "--exact"])
+        .args(names)
+        .current_dir(root())
+        // As cargo sets it: assets lie there.
+        .env("CARGO_MANIFEST_DIR", root())
+        .output()?;
+    eprint!("{}", String::from_utf8_lossy(&output.stderr));
+    print!("{}", String::from_utf8_lossy(&output.stdout));
+    Ok(output.status.success())
 }

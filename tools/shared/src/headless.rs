@@ -10,7 +10,7 @@ use std::{
 };
 
 use bevy::{
-    app::PluginsState,
+    app::{PluginsState, SubApps},
     asset::RenderAssetUsages,
     camera::RenderTarget,
     diagnostic::DiagnosticsStore,
@@ -139,6 +139,17 @@ impl Headless {
                 .insert_resource(errors)
                 .add_systems(Render, publish_pipelines.in_set(RenderSystems::Cleanup));
         }
+        Self::of(app)
+    }
+
+    /// An app that goes on with the worlds of another one, also in another thread.
+    pub fn with_worlds(worlds: SubApps) -> Self {
+        let mut app = App::empty();
+        *app.sub_apps_mut() = worlds;
+        Self::of(app)
+    }
+
+    fn of(app: App) -> Self {
         Self {
             app,
             frame_ms: Vec::new(),
@@ -203,20 +214,21 @@ impl Headless {
     /// Renders until `loaded` says so and no pipeline has been missing for a while. False if that
     /// does not come about within two minutes.
     pub fn wait_until(&mut self, mut loaded: impl FnMut(&mut World) -> bool) -> bool {
-        let mut calm = 0;
+        let (mut calm, mut enough) = (0, 3);
         let start = Instant::now();
         while start.elapsed() < Duration::from_secs(120) {
             self.step();
             let waiting = self.app.world().resource::<PipelinesWaiting>();
             let busy = waiting.0.load(Ordering::Relaxed) > 0;
             if busy || !loaded(self.app.world_mut()) {
-                calm = 0;
+                // What was missing may ask for more once it is there.
+                (calm, enough) = (0, 6);
                 // Assets load in other threads.
                 std::thread::sleep(Duration::from_millis(2));
             } else {
                 calm += 1;
             }
-            if calm >= 6 {
+            if calm >= enough {
                 return true;
             }
         }
