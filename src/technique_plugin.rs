@@ -97,18 +97,28 @@ impl<T: Technique> Plugin for TechniquePlugin<T> {
                 .add_systems(ExtractSchedule, extract_needs::<T>.in_set(NeedsKnown))
                 .add_systems(
                     Render,
-                    (
-                        (update_caches::<T>, update_view_caches::<T>),
-                        settle_views::<T>,
-                    )
-                        .chain()
+                    settle_views::<T>
                         .in_set(GiPrepare::Caches)
                         .run_if(possible::<T>),
-                )
-                .add_systems(RenderGraph, record::<T>.in_set(GiSystems::UpdateCaches));
+                );
+            if !is::<T::Cache, NoCache>() {
+                let caches = update_caches::<T>.before(settle_views::<T>);
+                render_app
+                    .add_systems(
+                        Render,
+                        caches.in_set(GiPrepare::Caches).run_if(possible::<T>),
+                    )
+                    .add_systems(RenderGraph, record::<T>.in_set(GiSystems::UpdateCaches));
+            }
             if !is::<T::ViewCache, NoCache>() {
+                let caches = update_view_caches::<T>.before(settle_views::<T>);
                 let record = record_view::<T>.in_set(GiSystems::UpdateViewCaches);
-                render_app.add_systems(Core3d, record);
+                render_app
+                    .add_systems(
+                        Render,
+                        caches.in_set(GiPrepare::Caches).run_if(possible::<T>),
+                    )
+                    .add_systems(Core3d, record);
             }
         }
         app.add_plugins((

@@ -1,4 +1,4 @@
-// Indirect light at the probes of a volume's export.
+// Indirect light for the ambient cubes of a volume's export.
 
 #import bevy_gi::apply::export::{exported_side, store}
 #import bevy_gi::technique::hints::lookup::diffuse_light
