@@ -16,7 +16,7 @@ use crate::{
     shared::SharedApp,
     support::{
         CONES, HINTS, TECHNIQUES, app, app_on, assert_sane, camera, choose, settle, show, slab,
-        spawn_cornell,
+        spawn_coarse_cornell, spawn_cornell,
     },
 };
 
@@ -157,15 +157,8 @@ fn two_runs_give_the_same_bytes() {
     };
     for technique in TECHNIQUES {
         let run = |headless: &mut Headless| {
-            spawn_cornell(headless);
-            let world = headless.app.world_mut();
-            let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
-            let volume = volumes.single(world).expect("the box has a volume");
-            // Coarse: what differs once does so with few voxels as well.
-            world.entity_mut(volume).insert((
-                GiVolume::new(Vec3::splat(6.4)).with_resolution(48),
-                ProbeSet::default().with_resolution(12),
-            ));
+            // What differs once does so with few voxels as well.
+            spawn_coarse_cornell(headless, 48, 12);
             let view = cornell::view();
             let size = UVec2::new(160, 92);
             let (_, target) = camera(headless, size, view.eye, view.look, view.fov);

@@ -12,7 +12,7 @@ use crate::{
     shared::SharedApp,
     support::{
         HINTS, app, assert_sane, camera, choose, evaluate, in_render_world, lit_room, material,
-        mean, settle, show, slab, spawn_cornell, words,
+        mean, settle, show, slab, spawn_coarse_cornell, spawn_cornell, words,
     },
 };
 
@@ -291,19 +291,10 @@ fn hints_of_one_frame_follow_a_lamp() {
 #[test]
 fn every_mode_lights_a_room() {
     let mut headless = app();
-    spawn_cornell(&mut headless);
+    // Coarse, for the sake of time.
+    spawn_coarse_cornell(&mut headless, 48, 10);
     choose(&mut headless, HINTS);
     show(&mut headless, GiView::Indirect);
-    // Coarse, for the sake of time.
-    let world = headless.app.world_mut();
-    let mut volumes = world.query::<(Entity, &mut GiVolume)>();
-    let (volume, mut gi) = volumes
-        .iter_mut(world)
-        .next()
-        .expect("the box has a volume");
-    gi.resolution = 48;
-    let set = ProbeSet::default().with_resolution(10);
-    world.entity_mut(volume).insert(set);
     let view = crate::common::scenes::cornell::view();
     let size = UVec2::new(48, 28);
     let (_, target) = camera(&mut headless, size, view.eye, view.look, view.fov);

@@ -3,7 +3,7 @@
 use bevy::{
     prelude::*,
     reflect::{
-        PartialReflect, ReflectMut, TypeInfo,
+        PartialReflect, ReflectMut, ReflectRef, TypeInfo,
         enums::{DynamicEnum, VariantInfo},
     },
     render::render_resource::TextureFormat,
@@ -25,7 +25,7 @@ use crate::{
         scenes::cornell,
     },
     shared::{Pool, SharedApp},
-    support::{CONES, assert_sane},
+    support::{CONES, assert_sane, spawn_coarse_cornell},
 };
 
 /// The Cornell box with a panel before it.
@@ -53,8 +53,9 @@ fn open(size: UVec2) -> (SharedApp, Entity, Handle<Image>) {
     inspector.open = true;
     headless.app.insert_resource(inspector);
     let target = headless.target(size, TextureFormat::Rgba8UnormSrgb);
+    // Few voxels and probes: the panel is what is looked at.
+    spawn_coarse_cornell(&mut headless, 48, 8);
     let world = headless.app.world_mut();
-    cornell::spawn(world);
     let view = cornell::view();
     let camera = world
         .spawn((
@@ -69,12 +70,6 @@ fn open(size: UVec2) -> (SharedApp, Entity, Handle<Image>) {
             Transform::from_translation(view.eye).looking_at(view.look, Vec3::Y),
         ))
         .id();
-    // Few voxels and probes: the panel is what is looked at.
-    let mut volumes = world.query::<(Entity, &mut GiVolume)>();
-    let (volume, mut settings) = volumes.single_mut(world).expect("the box has a volume");
-    settings.resolution = 48;
-    let probes = ProbeSet::default().with_resolution(8);
-    world.entity_mut(volume).insert(probes);
     headless.step();
     // Egui makes the first camera of an app the primary one; this may be a later one.
     let world = headless.app.world_mut();
@@ -216,9 +211,9 @@ fn handles_in_the_viewport_move_and_resize_a_volume() {
     let mut found = false;
     let eye = headless.app.world().get::<GlobalTransform>(camera);
     let distance = eye.expect("it is placed").translation().distance(center);
-    for i in 5..25 {
+    for i in 4..17 {
         // A knob is 14 pixels wide, 0.02 of the distance.
-        let tip = center + 0.01 * i as f32 * distance * Vec3::X;
+        let tip = center + 0.015 * i as f32 * distance * Vec3::X;
         let from = on_screen(&headless, camera, tip);
         let to = on_screen(&headless, camera, tip + 0.1 * Vec3::X);
         drag(&mut headless, from, to);
@@ -451,25 +446,35 @@ fn nothing_that_is_set_breaks_anything() {
     let cascades = world.spawn_empty().id();
     let registry = world.resource::<GiSettingsRegistry>().clone();
     let entries: Vec<_> = registry.iter().collect();
+    // Every field of resources and of the camera three times, and after each third one a component of the scene, all of it
+    // at once.
+    let mut fields = Vec::new();
+    for entry in &entries {
+        if entry.get(world).is_some()
+            && let ReflectRef::Struct(value) = entry.default_value().reflect_ref()
+        {
+            fields.extend((0..value.field_len()).map(|field| (*entry, field)));
+        }
+    }
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    for frame in 0..500 {
+    // In another order, so that what belongs together is not changed together.
+    fields.sort_by_cached_key(|_| random.next());
+    for frame in 0..4 * fields.len() {
         let world = headless.app.world_mut();
         let tabs = Tab::ALL;
         let mut inspector = world.resource_mut::<GiInspector>();
         inspector.tab = tabs[random.next() as usize % tabs.len()];
         inspector.selected =
             [None, Some(volume), Some(camera), Some(cascades)][random.next() as usize % 4];
-        // One field of one resource, or one of the scene.
-        let i = random.next() as usize % (entries.len() + 5);
-        if let Some(entry) = entries.get(i) {
+        if frame % 4 < 3 {
+            let (entry, field) = fields[(frame / 4 * 3 + frame % 4) % fields.len()];
             if let Some(mut value) = entry.get_mut(world)
                 && let ReflectMut::Struct(fields) = value.reflect_mut()
             {
-                let field = random.next() as usize % fields.field_len();
                 randomize(fields.field_at_mut(field).unwrap(), &mut random);
             }
         } else {
-            match i - entries.len() {
+            match random.next() % 5 {
                 0 => randomize_component::<GiVolume>(world, volume, &mut random),
                 1 => randomize_component::<ProbeSet>(world, volume, &mut random),
                 // Cascades come and go.

@@ -201,6 +201,17 @@ pub fn spawn_cornell(headless: &mut Headless) {
     cornell::spawn(headless.app.world_mut());
 }
 
+/// The same in so many voxels and probes, for what does not depend on their number.
+pub fn spawn_coarse_cornell(headless: &mut Headless, voxels: u32, probes: u32) {
+    spawn_cornell(headless);
+    let world = headless.app.world_mut();
+    let mut volumes = world.query::<(Entity, &mut GiVolume)>();
+    let (volume, mut settings) = volumes.single_mut(world).expect("the box has a volume");
+    settings.resolution = voxels;
+    let probes = ProbeSet::default().with_resolution(probes);
+    world.entity_mut(volume).insert(probes);
+}
+
 /// The voxels of a volume.
 pub struct Voxels {
     pub grid: Grid,

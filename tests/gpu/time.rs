@@ -16,7 +16,7 @@ use crate::{
     shared::SharedApp,
     support::{
         CONES, HINTS, app, assert_sane, camera, choose, material, mean, room, settle, show,
-        spawn_cornell,
+        spawn_coarse_cornell,
     },
 };
 
@@ -25,20 +25,11 @@ const SIZE: UVec2 = UVec2::new(128, 72);
 fn cornell_box(technique: GiTechnique) -> (SharedApp, Handle<Image>) {
     let mut headless = app();
     choose(&mut headless, technique);
-    spawn_cornell(&mut headless);
+    // Half of the usual detail: what takes time does so with fewer voxels as well.
+    spawn_coarse_cornell(&mut headless, 64, 12);
     let view = cornell::view();
     let (_, target) = camera(&mut headless, SIZE, view.eye, view.look, view.fov);
     show(&mut headless, GiView::Irradiance);
-    // Half of the usual detail: what takes time does so with fewer voxels as well.
-    let world = headless.app.world_mut();
-    let mut volumes = world.query::<&mut GiVolume>();
-    for mut volume in volumes.iter_mut(world) {
-        volume.resolution = 64;
-    }
-    let mut volumes = world.query_filtered::<Entity, With<GiVolume>>();
-    let volume = volumes.single(world).expect("the box has a volume");
-    let probes = ProbeSet::default().with_resolution(12);
-    world.entity_mut(volume).insert(probes);
     (headless, target)
 }
 

@@ -153,11 +153,11 @@ fn rendering_test_binary() -> Result<PathBuf> {
     }
     let messages = String::from_utf8(built.stdout)?;
     let messages = messages.lines().map(serde_json::from_str);
-    let programs = messages
+    let mut programs = messages
         .filter_map(|message: serde_json::Result<serde_json::Value>| message.ok())
         .filter(|message| message["target"]["name"] == "gpu")
-        .filter_map(|message| Some(message["executable"].as_str()?.into()));
-    programs.last().context("cargo names no program")
+        .filter_map(|message| Some(PathBuf::from(message["executable"].as_str()?)));
+    programs.next().context("cargo names no program")
 }
 
 /// Names of the tests in a program, or of those that contain `filter`.
