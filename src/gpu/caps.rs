@@ -55,7 +55,7 @@ impl GiSupport {
     }
 
     /// The same, but for one technique.
-    #[cfg(test)]
+    #[cfg(all(test, feature = "inspector"))]
     pub(crate) fn all_but<'a>(&self, name: &'static str, why: impl Into<Option<&'a str>>) -> Self {
         let mut support = self.clone();
         support.techniques.retain(|(own, _)| *own != name);
