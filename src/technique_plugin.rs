@@ -304,6 +304,12 @@ fn update_caches<T: Technique>(
 /// A camera that shows global illumination.
 type Showing<'a> = (&'a ExtractedView, &'a ViewSurface, &'a ExtractedGiCamera);
 
+type ViewData<'a, T> = (
+    Entity,
+    Option<Showing<'a>>,
+    Option<&'a mut <T as Technique>::ViewCache>,
+);
+
 /// What the cache of a camera does in this frame. A component of the camera's entity.
 #[derive(Component)]
 struct ViewActivity<T: Technique>(Option<Settling>, PhantomData<T>);
@@ -311,7 +317,7 @@ struct ViewActivity<T: Technique>(Option<Settling>, PhantomData<T>);
 /// Makes, updates and removes the caches of all cameras.
 fn update_view_caches<T: Technique>(
     mut commands: Commands,
-    mut views: Query<(Entity, Option<Showing>, Option<&mut T::ViewCache>)>,
+    mut views: Query<ViewData<T>>,
     surroundings: Surroundings<T>,
 ) {
     let technique = GiTechnique::of::<T>();

@@ -443,7 +443,7 @@ fn prepare_exports(
     queue: Res<RenderQueue>,
     statistics: Res<GiStatistics>,
 ) {
-    let technique = exported_technique(&cameras, &settings);
+    let technique = exported_technique(cameras, &settings);
     let mut count = 0;
     for (entity, volume, export, again, cubes) in &mut volumes {
         count += u64::from(export.dims.element_product());

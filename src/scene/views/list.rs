@@ -19,6 +19,7 @@ use bevy::{
             RenderVisibleEntities, RetainedViewEntity,
         },
     },
+    shader::ShaderCacheError,
     transform::components::{GlobalTransform, Transform},
 };
 
@@ -102,14 +103,21 @@ impl<K: CaptureKind> CaptureViews<K> {
 
     /// Whether every pipeline is compiled: until then, meshes would be missing.
     pub fn ready(&self, cache: &PipelineCache) -> bool {
-        let mut pipelines = self.pipelines.iter();
-        self.places_instances
-            && pipelines.all(|id| {
-                matches!(
-                    cache.get_render_pipeline_state(*id),
-                    CachedPipelineState::Ok(_) | CachedPipelineState::Err(_)
-                )
-            })
+        let states = self.pipelines.iter();
+        let mut states = states.map(|id| cache.get_render_pipeline_state(*id));
+        self.places_instances && states.all(is_settled)
+    }
+}
+
+/// Whether a pipeline is compiled, or never will be. Bevy tries those again whose shader is not loaded yet.
+fn is_settled(state: &CachedPipelineState) -> bool {
+    match state {
+        CachedPipelineState::Ok(_) => true,
+        CachedPipelineState::Queued | CachedPipelineState::Creating(_) => false,
+        CachedPipelineState::Err(error) => !matches!(
+            error,
+            ShaderCacheError::ShaderNotLoaded(_) | ShaderCacheError::ShaderImportNotYetAvailable
+        ),
     }
 }
 
@@ -178,5 +186,24 @@ pub(crate) fn sync_views<K: CaptureKind>(
                 invert_culling: false,
             },
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A capture that is drawn before would stay without these meshes for ever.
+    #[test]
+    fn shaders_that_are_still_loading_are_waited_for() {
+        let missing = ShaderCacheError::ShaderNotLoaded(AssetId::invalid());
+        let waiting = [
+            CachedPipelineState::Queued,
+            CachedPipelineState::Err(missing),
+            CachedPipelineState::Err(ShaderCacheError::ShaderImportNotYetAvailable),
+        ];
+        assert!(!waiting.iter().any(is_settled));
+        let broken = ShaderCacheError::CreateShaderModule("broken".into());
+        assert!(is_settled(&CachedPipelineState::Err(broken)));
     }
 }
