@@ -50,8 +50,7 @@ fn open_room(technique: GiTechnique, scale: f32) -> SharedApp {
     }
     let (min, max) = (Vec3::new(-1.1, -0.1, -1.1), Vec3::new(1.1, 2.1, 1.0));
     let world = headless.app.world_mut();
-    // Few bounces and few probes: it is cameras that are compared.
-    world.resource_mut::<VoxelConeTracingSettings>().bounces = 4;
+    // Few probes: it is cameras that are compared.
     let probes = ProbeSet::default().with_resolution(10);
     world.spawn((GiVolume::around(scale * min, scale * max, 48), probes));
     headless
@@ -65,7 +64,7 @@ fn difference(a: &Picture, b: &Picture) -> f32 {
 
 fn settled(headless: &mut Headless, target: &Handle<Image>) -> Picture {
     // Until light rests, and nothing else is left in the history of pictures.
-    settle(headless, 74);
+    settle(headless, 96);
     let picture = headless.picture(target);
     assert_sane(&picture, "settled");
     picture
