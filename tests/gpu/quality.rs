@@ -47,29 +47,44 @@ const fn bound(technique: GiTechnique, mean: [f32; 2], rmse: f32) -> Bound {
 /// Light of what shines, light of the sky, light that comes through a door or around corners, and mirrors. (The Cornell box
 /// under its bulb is held against a truth of another program's: `cornell.rs`.)
 ///
-/// Bounds are a third above what was measured, so that none of them may get much worse unseen.
+/// Bounds of the relative RMSE are a third above what was measured, so that none may get much worse unseen.
 #[test]
 fn techniques_agree_with_the_truth() {
     let scenes: [(&str, [Bound; 2]); 5] = [
         (
             "cornell_area",
-            [bound(CONES, [0.5, 1.5], 0.9), bound(HINTS, [0.5, 1.5], 0.9)],
+            [
+                bound(CONES, [0.75, 1.05], 0.45),
+                bound(HINTS, [0.95, 1.2], 0.3),
+            ],
         ),
         (
             "sky_court",
-            [bound(CONES, [0.5, 1.5], 0.9), bound(HINTS, [0.5, 1.5], 0.9)],
+            [
+                bound(CONES, [0.8, 1.05], 0.21),
+                bound(HINTS, [0.93, 1.07], 0.1),
+            ],
         ),
         (
             "two_rooms",
-            [bound(CONES, [0.5, 1.5], 0.9), bound(HINTS, [0.5, 1.5], 0.9)],
+            [
+                bound(CONES, [0.75, 1.1], 0.36),
+                bound(HINTS, [0.85, 1.1], 0.33),
+            ],
         ),
         (
             "tunnel",
-            [bound(CONES, [0.5, 1.5], 0.9), bound(HINTS, [0.5, 1.5], 0.9)],
+            [
+                bound(CONES, [0.72, 1.1], 0.42),
+                bound(HINTS, [0.9, 1.1], 0.25),
+            ],
         ),
         (
             "glossy_floor",
-            [bound(CONES, [0.5, 1.5], 0.9), bound(HINTS, [0.5, 1.5], 0.9)],
+            [
+                bound(CONES, [0.8, 1.1], 0.28),
+                bound(HINTS, [0.8, 1.1], 0.38),
+            ],
         ),
     ];
     for (name, bounds) in scenes {
@@ -121,10 +136,12 @@ fn presets_are_in_the_order_of_their_errors() {
             errors(&mut studio, &effort, &truth).relative_rmse
         });
         println!("{technique}: relative RMSE of the levels {errors:.3?}");
-        for pair in errors.windows(2) {
-            // Levels next to each other may change places by their noise.
-            assert!(pair[1] < 1.1 * pair[0], "{technique}: {errors:?}");
-        }
-        assert!(errors[3] < errors[0], "{technique}: {errors:?}");
+        let [low, medium, high, ultra] = errors;
+        assert!(
+            ultra < high && high < low.min(medium),
+            "{technique}: {errors:?}"
+        );
+        // What the default computes beyond the lowest level shows in larger pictures than this one.
+        assert!(medium < 1.25 * low, "{technique}: {errors:?}");
     }
 }
