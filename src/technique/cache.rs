@@ -135,7 +135,7 @@ pub struct ViewFrame<'a, T: Technique> {
 /// Inputs of [`ViewCache::record`].
 #[derive(Clone, Copy)]
 pub struct ViewInputs<'a> {
-    /// Bind group 0, with [`surface_layout`]: what the camera sees.
+    /// Bind group 0, with [`surface_layout`](super::surface_layout): what the camera sees.
     pub surface: &'a BindGroup,
     /// Dynamic offset of group 0.
     pub offset: u32,
@@ -164,7 +164,7 @@ pub trait ViewCache<T: Technique>: Component<Mutability = Mutable> + Sized {
     /// Records the passes of this frame, after the camera's prepass and before its gather. Default: none.
     fn record(&self, _pipelines: &T::Pipelines, _inputs: ViewInputs, _recorder: &mut Recorder) {}
 
-    /// Bind group 2 of a gather that looks up [`Lookup::PerView`]. `None` before there is light to look up.
+    /// Bind group 2 of a gather that looks up [`Lookup::PerView`](super::Lookup::PerView). `None` before there is light to look up.
     fn bind_group(&self) -> Option<&BindGroup>;
 }
 
