@@ -5,7 +5,7 @@ use bevy_gi::{GiStatistics, prelude::*};
 
 use crate::{
     common::{headless::Headless, scenes::stage::diffuse},
-    support::{TECHNIQUES, app, camera, choose, material, mean, room, settle, show},
+    support::{TECHNIQUES, app, app_on, camera, choose, material, mean, room, settle, show},
 };
 
 fn look_from(headless: &mut Headless, camera: Entity, eye: Vec3) {
@@ -63,7 +63,8 @@ fn any_number_of_volumes_light_a_camera() {
 #[test]
 fn two_hundred_lamps_light_forty_rooms_alike() {
     for technique in TECHNIQUES {
-        let mut headless = app();
+        // An app of its own: in one that had other lamps before, rooms differ more with hints (docs/known_errors.md).
+        let mut headless = app_on(default(), |_| {});
         choose(&mut headless, technique);
         show(&mut headless, GiView::Indirect);
         let white = material(&mut headless, diffuse([0.6; 3]));

@@ -19,7 +19,7 @@ use crate::{
 
 const SIZE: UVec2 = UVec2::new(48, 32);
 /// Frames until light that is compared has settled.
-const FRAMES: u32 = 24;
+const FRAMES: u32 = 34;
 
 /// Lets the camera's white be so many nits.
 fn expose(headless: &mut Headless, camera: Entity, white: f32) {
