@@ -73,14 +73,13 @@ impl<T: Technique> Plugin for TechniquePlugin<T> {
                 Some(_) => Painter::Gather,
                 None => Painter::Cells,
             };
-            let (name, legend) = (view.view, view.legend);
-            views.add(ViewEntry::of(
-                name,
-                legend,
-                view.is_luminance,
+            views.add(ViewEntry {
+                view: view.view,
+                legend: view.legend,
+                is_luminance: view.is_luminance,
+                technique: Some(technique),
                 painter,
-                technique,
-            ));
+            });
         }
         app.add_plugins(SettingsResourcePlugin::<T::Settings>::of(technique));
         if is::<T::Debug, NoDebug>() {

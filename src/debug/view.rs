@@ -9,13 +9,10 @@ use bevy::{
 use serde::{Deserialize, Serialize};
 
 use super::GiDebugSettings;
-use crate::settings::{
-    GiTechnique,
-    name::{interned, name_type},
-};
+use crate::settings::{GiTechnique, name::name_type};
 
 /// Name of a debug view: what GI cameras show. [`GiViews`] lists those that an app has. Views named *unexposed*
-/// show plain numbers, without exposure and tone mapping. Serialized as the name.
+/// show plain numbers, without exposure and tone mapping. Serialized as the name; [`GiViews::find`] checks that it exists.
 #[derive(Reflect, Clone, Copy, PartialEq, Eq, Hash)]
 #[reflect(opaque)]
 #[reflect(Default, Clone, Debug, Hash, PartialEq, Serialize, Deserialize)]
@@ -119,22 +116,6 @@ pub struct ViewEntry {
     pub(crate) painter: Painter,
 }
 
-impl ViewEntry {
-    /// A view of one technique.
-    pub(crate) fn of(
-        view: GiView,
-        legend: &'static str,
-        is_luminance: bool,
-        painter: Painter,
-        technique: GiTechnique,
-    ) -> Self {
-        Self {
-            technique: Some(technique),
-            ..entry(view, legend, is_luminance, painter)
-        }
-    }
-}
-
 const fn entry(
     view: GiView,
     legend: &'static str,
@@ -189,22 +170,6 @@ impl GiView {
         }
         all
     };
-
-    /// The view with this name. For a name that is known only at run time, use [`named`](Self::named).
-    pub const fn new(name: &'static str) -> Self {
-        Self(name)
-    }
-
-    /// The view with a name that is known only at run time, from a file or a command line. The name need not
-    /// exist; [`GiViews::find`] checks that.
-    pub fn named(name: &str) -> Self {
-        Self(interned(name))
-    }
-
-    /// Lower-case name, as in settings files and in the viewer's `--view`.
-    pub const fn name(self) -> &'static str {
-        self.0
-    }
 
     /// What it is in shaders; one of a technique is the picture.
     pub(crate) fn number(self) -> u32 {

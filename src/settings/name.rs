@@ -19,9 +19,26 @@ pub(crate) fn interned(name: &str) -> &'static str {
     name
 }
 
-/// Text form of a `struct Name(&'static str)`: `Debug` has quotes, `Display` and files the bare name.
+/// How a `struct Name(&'static str)` is made and written: `Debug` has quotes, `Display` and files the bare name.
 macro_rules! name_type {
     ($name:ident) => {
+        impl $name {
+            /// The one with this name. For a name that is known only at run time, use [`named`](Self::named).
+            pub const fn new(name: &'static str) -> Self {
+                Self(name)
+            }
+
+            /// The one with a name that is known only at run time, from a file or a command line. It need not exist.
+            pub fn named(name: &str) -> Self {
+                Self($crate::settings::name::interned(name))
+            }
+
+            /// Its name in lower case, as in settings files and on command lines.
+            pub const fn name(self) -> &'static str {
+                self.0
+            }
+        }
+
         impl std::fmt::Debug for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
                 std::fmt::Debug::fmt(self.0, f)

@@ -2,12 +2,13 @@
 
 use bevy::{ecs::prelude::*, reflect::prelude::*};
 
-use super::name::{interned, name_type};
+use super::name::name_type;
 use crate::gpu::caps::{DeviceNeeds, GiSupport};
 
 /// Name of a technique: the algorithm that computes indirect light.
 ///
-/// [`GiTechniques`] lists those that an app has. Default `"hints"`, radiance hints. Serialized as the name.
+/// [`GiTechniques`] lists those that an app has. Where the technique's type is at hand, use [`GiTechnique::of`]. A name is
+/// also part of the names of the technique's passes, and [`GiTechniques::find`] checks that it exists. Default `"hints"`, radiance hints. Serialized as the name.
 #[derive(Reflect, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[reflect(opaque)]
 #[reflect(Default, Clone, Debug, Hash, PartialEq, Serialize, Deserialize)]
@@ -16,23 +17,6 @@ pub struct GiTechnique(&'static str);
 impl GiTechnique {
     /// No indirect light: the camera renders as if the plugin were absent.
     pub const OFF: Self = Self("off");
-
-    /// The technique with this name. For a technique whose type is at hand, use [`GiTechnique::of`].
-    pub const fn new(name: &'static str) -> Self {
-        Self(name)
-    }
-
-    /// The technique with a name that is known only at run time, from a file or a command line. The name need
-    /// not exist; [`GiTechniques::find`] checks that.
-    pub fn named(name: &str) -> Self {
-        Self(interned(name))
-    }
-
-    /// Its name in lower case, as in settings files, in the viewer's `--technique` and in the names of its
-    /// passes.
-    pub const fn name(self) -> &'static str {
-        self.0
-    }
 
     /// Whether it is [`OFF`](Self::OFF).
     pub fn is_off(self) -> bool {
