@@ -9,7 +9,7 @@ use bevy::{
     render::render_resource::TextureFormat,
 };
 use bevy_gi::{
-    GiSettingsRegistry,
+    GatherResolution, GiSettingsRegistry,
     inspector::{
         GiInspector, GiInspectorPlugin, Tab,
         bevy_egui::{EguiPlugin, PrimaryEguiContext, egui, input::EguiInputEvent},
@@ -97,27 +97,29 @@ fn point_at(headless: &mut Headless, at: egui::Pos2, pressed: Option<bool>) {
         },
     };
     world.write_message(EguiInputEvent { context, event });
-    headless.step();
 }
 
+/// Moves, presses and releases within a frame, and draws what comes of it in the next.
 fn click(headless: &mut Headless, at: egui::Pos2) {
-    point_at(headless, at, None);
-    point_at(headless, at, Some(true));
-    point_at(headless, at, Some(false));
-    headless.step();
+    for pressed in [None, Some(true), Some(false)] {
+        point_at(headless, at, pressed);
+    }
+    headless.steps(2);
 }
 
 /// Every tab is drawn, and looks as in the README: the pictures are in `out/inspector`.
 #[test]
 fn the_panel_is_drawn_and_answers_to_clicks() {
-    let (mut headless, _, target) = open(UVec2::new(1280, 800));
+    let (mut headless, camera, target) = open(UVec2::new(960, 640));
+    let world = headless.app.world_mut();
+    world.get_mut::<GiCamera>(camera).unwrap().resolution = GatherResolution::Quarter;
     let mut pictures = Vec::new();
     // Buttons of the tabs are in a row at the top; what is clicked is what is shown.
     let mut x = 30.0;
     for tab in Tab::ALL {
         while headless.app.world().resource::<GiInspector>().tab != tab {
             click(&mut headless, egui::pos2(x, 18.0));
-            x += 15.0;
+            x += 25.0;
             assert!(x < 400.0, "no button of {tab:?} was hit");
         }
         if tab == Tab::Scene {
@@ -147,19 +149,22 @@ fn the_panel_is_drawn_and_answers_to_clicks() {
     let picture = headless.picture(&target);
     let at = |x: u32, y: u32| Vec4::from_array(picture.pixels[(y * picture.size.x + x) as usize]);
     // The box is in the middle: the background is left and right of it, but for dithering.
-    let same = |y: u32| (at(8, y) - at(1270, y)).abs().max_element() < 0.02;
+    let same = |y: u32| (at(8, y) - at(picture.size.x - 10, y)).abs().max_element() < 0.02;
     assert!((0..picture.size.y).all(same), "the panel is still there");
 }
 
 /// Presses at a point, pulls to another, and lets go.
 fn drag(headless: &mut Headless, from: Vec2, to: Vec2) {
-    let at = |point: Vec2| egui::pos2(point.x, point.y);
-    point_at(headless, at(from), None);
-    point_at(headless, at(from), Some(true));
+    let mut event = |point: Vec2, pressed| {
+        point_at(headless, egui::pos2(point.x, point.y), pressed);
+        headless.step();
+    };
+    event(from, None);
+    event(from, Some(true));
     for i in 1..=4 {
-        point_at(headless, at(from.lerp(to, i as f32 / 4.0)), None);
+        event(from.lerp(to, i as f32 / 4.0), None);
     }
-    point_at(headless, at(to), Some(false));
+    event(to, Some(false));
     headless.step();
 }
 
@@ -382,7 +387,7 @@ fn limit_work(world: &mut World) {
     vct.specular_steps = vct.specular_steps.min(16);
     let mut cameras = world.query::<&mut GiCamera>();
     for mut camera in cameras.iter_mut(world) {
-        camera.resolution = bevy_gi::GatherResolution::Quarter;
+        camera.resolution = GatherResolution::Quarter;
     }
     let mut settings = world.resource_mut::<GiCaptureSettings>();
     settings.shadow_map_size = settings.shadow_map_size.min(128);

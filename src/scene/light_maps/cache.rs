@@ -65,6 +65,9 @@ pub struct SceneLightMaps {
     pub shadow_version: u64,
     /// Grows whenever surfaces or virtual point lights have changed.
     pub rsm_version: u64,
+    /// Grows whenever maps show other surfaces or other light on them, and not only more or fewer texels of the same: the
+    /// virtual point lights of one version are samples of the same light.
+    pub content_version: u64,
     /// How lights share the virtual point lights.
     share: LightShare,
     /// Whether virtual point lights are to be chosen anew this frame.
@@ -183,6 +186,7 @@ impl SceneLightMaps {
                 self.maps.forget_surfaces();
                 self.rsm_bind_group = None;
                 self.rsm_version += 1;
+                self.content_version += 1;
             }
             return;
         };
@@ -240,6 +244,7 @@ impl SceneLightMaps {
         let anew = !same || self.rsm_bind_group.is_none();
         self.stale = self.surfaces.is_some() && (drawn > 0 || anew);
         self.rsm_version += u64::from(self.stale);
+        self.content_version += u64::from(self.surfaces.is_some() && self.maps.changes);
     }
 }
 

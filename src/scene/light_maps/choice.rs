@@ -129,6 +129,12 @@ impl LightMap {
         self.drawn.filter(|drawn| drawn.surfaces || !surfaces)
     }
 
+    /// Whether what is drawn is what is wanted, in however many texels.
+    fn shows(&self, wanted: &Drawn) -> bool {
+        let lacking = self.in_doubt || self.incomplete;
+        self.drawn.is_some_and(|drawn| drawn.serves(wanted)) && !lacking
+    }
+
     /// Whether its view is needed in this frame.
     fn looks(&self) -> bool {
         self.draw_now
@@ -197,6 +203,8 @@ pub(crate) struct LightMaps {
     pub atlas: Atlas,
     /// Grows whenever all tiles have changed place, and nothing is drawn any more.
     pub layout: u64,
+    /// Whether a map that is drawn in this frame shows something else than before, and not only in more or fewer texels.
+    pub changes: bool,
     /// First map by number of the light, or -1.
     first: Vec<i32>,
     /// Lights that go without, for lack of memory,
@@ -397,6 +405,7 @@ impl LightMaps {
     /// Which maps are drawn in this frame, and where.
     fn choose(&mut self, lights: &[SceneLight], limits: &Limits) {
         let surfaces = limits.surfaces;
+        self.changes = false;
         let mut stale: Vec<usize> = (0..self.maps.len())
             .filter(|i| {
                 let map = &self.maps[*i];
@@ -407,9 +416,9 @@ impl LightMaps {
                     // What was missing has come, or may have.
                     Some(_) if map.incomplete || (map.waits && map.in_doubt) => true,
                     Some(_) if limits.frozen || map.age < interval => false,
-                    Some(drawn) => {
+                    Some(_) => {
                         let resized = map.tile.is_none_or(|tile| tile.size != map.size);
-                        !drawn.serves(&map.wanted(surfaces)) || map.in_doubt || resized
+                        !map.shows(&map.wanted(surfaces)) || resized
                     }
                 }
             })
@@ -443,6 +452,7 @@ impl LightMaps {
                     }
                 }
             }
+            self.changes |= !map.shows(&map.wanted(surfaces));
             map.draw_now = true;
             map.age = 0;
             map.drawn = Some(map.wanted(surfaces));
@@ -634,6 +644,15 @@ mod tests {
             change(&mut scene);
             assert_eq!(scene.frame(), drawn, "{what}");
         }
+    }
+
+    #[test]
+    fn a_map_of_another_size_shows_the_same() {
+        let mut scene = Scene::new();
+        scene.limits.maps = 3;
+        assert!(scene.frame().iter().sum::<usize>() > 0 && !scene.maps.changes);
+        scene.casters[0].changed = 2;
+        assert!(scene.frame().iter().sum::<usize>() > 0 && scene.maps.changes);
     }
 
     #[test]

@@ -175,6 +175,7 @@ impl Cache<RadianceHints> for HintsCache {
             settings: settings.clone(),
             lighting: frame.lighting,
             rsm: frame.light_maps.rsm_version,
+            reflected: frame.light_maps.content_version,
             shown: shown_slots(frame.gi, frame.debug, settings),
             share: frame.capture.light_share,
             vpls: frame.light_maps.vpls_of(frame.volume.main.id()),

@@ -45,8 +45,10 @@ pub(super) struct Content {
     pub sources: Sources,
     pub settings: RadianceHintsSettings,
     pub lighting: LightingVersion,
-    /// Version of the reflective shadow maps.
+    /// Version of the reflective shadow maps and of the virtual point lights in them,
     pub rsm: u64,
+    /// and of the light that they are samples of.
+    pub reflected: u64,
     /// The slots that are looked up, a bit each.
     pub shown: u32,
     pub share: LightShare,
@@ -54,6 +56,21 @@ pub(super) struct Content {
     pub vpls: (u32, u32),
     /// Where what the camera sees matters.
     pub camera: Option<Mat4>,
+}
+
+impl Content {
+    /// Whether this is the same light in other samples: maps have been drawn in more or fewer texels.
+    fn resamples(&self, before: &Self) -> bool {
+        let same = Self {
+            rsm: self.rsm,
+            lighting: LightingVersion {
+                shadows: self.lighting.shadows,
+                ..before.lighting
+            },
+            ..before.clone()
+        };
+        *self == same && self != before
+    }
 }
 
 /// How far the light of hints has settled.
@@ -69,6 +86,8 @@ pub(super) struct Progress {
     since: u32,
     /// Updates that the light of lamps counts for.
     frames: u32,
+    /// Updates until each virtual point light of the present ones has been looked at.
+    unseen: u32,
     /// Updates since the sources changed in which hints traced rays to them.
     source_frames: u32,
     /// Updates in a row in each of which something changed.
@@ -113,13 +132,33 @@ impl Progress {
             Some(before) if *before != now => self.busy.saturating_add(1),
             _ => 0,
         };
-        if let Some(before) = before.filter(|before| **before != now) {
-            // What is known counts on for a while where only things move, or light would flicker; not where
-            // a lamp is switched.
-            let switched = before.lighting != now.lighting;
-            let most = if switched { 1 } else { u32::MAX };
-            self.frames = self.frames.min(memory(settings)).min(most);
-            self.since = 0;
+        let (_, vpls) = now.vpls;
+        let (samples, looks) = match settings.sampling {
+            HintSampling::VirtualPointLights => {
+                let samples = settings.samples.min(vpls);
+                (samples, vpls.div_ceil(samples.max(1)))
+            }
+            _ => (settings.samples, 0),
+        };
+        // Hints do not rest before they have looked at each virtual point light.
+        let settles = settings.settle_frames.max(looks);
+        match before.filter(|before| **before != now) {
+            // What is known counts on, as much as two looks at everything: where a camera walks past many lamps, maps are
+            // resized all the time.
+            Some(before) if now.resamples(before) => {
+                self.frames = self.frames.min(2 * settles);
+                self.since = self.since.min(settles);
+                self.unseen = settles;
+            }
+            // It counts on for a while where only things move, or light would flicker; not where a lamp is switched.
+            Some(before) => {
+                let lamps = |content: &Content| (content.lighting.lights, content.lighting.sky);
+                let switched = lamps(before) != lamps(&now);
+                let most = if switched { 1 } else { u32::MAX };
+                self.frames = self.frames.min(memory(settings)).min(most);
+                self.since = 0;
+            }
+            None => {}
         }
         let moved = before.and_then(|before| now.sources.moved_from(&before.sources));
         if moved.is_none() {
@@ -130,16 +169,7 @@ impl Progress {
         if before.map(|c| &c.sources) != Some(&now.sources) {
             self.source_frames = 0;
         }
-        let (_, vpls) = now.vpls;
-        let (samples, looks) = match settings.sampling {
-            // Hints do not rest before they have looked at each virtual point light.
-            HintSampling::VirtualPointLights => {
-                let samples = settings.samples.min(vpls);
-                (samples, vpls.div_ceil(samples.max(1)))
-            }
-            _ => (settings.samples, 0),
-        };
-        let relights = self.since < settings.settle_frames.max(looks);
+        let relights = self.since < settles || self.unseen > 0;
         if !relights && self.unit == unit {
             return None;
         }
@@ -179,6 +209,7 @@ impl Progress {
             self.frame = self.frame.wrapping_add(1) % 4096;
             self.since += 1;
             self.frames += 1;
+            self.unseen = self.unseen.saturating_sub(1);
             self.source_frames += u32::from(plan.looks);
             plan.look_again = self.since >= BOUNCING_FRAMES;
         }
@@ -220,6 +251,7 @@ mod tests {
             settings,
             lighting: LightingVersion::default(),
             rsm: 1,
+            reflected: 1,
             shown: 0b1111,
             share: LightShare::Power,
             vpls: (0, 1024),
@@ -260,9 +292,23 @@ mod tests {
         type Change = fn(&mut Content);
         // What changes; whether sources are looked at anew, the weight of this frame in the light of lamps, and the
         // shift. Two frames of before count on where things move, one where a lamp is switched, none after a reset.
-        let cases: [(&str, Change, bool, f32, Option<IVec3>); 6] = [
+        let cases: [(&str, Change, bool, f32, Option<IVec3>); 7] = [
             ("a lamp", |c| c.lighting.lights += 1, false, 2.0 / 3.0, None),
-            ("what a lamp lights", |c| c.rsm += 1, false, 0.5, None),
+            (
+                "what a lamp lights",
+                |c| (c.rsm, c.reflected, c.lighting.shadows) = (2, 2, 2),
+                false,
+                0.5,
+                None,
+            ),
+            // All 32 frames before.
+            (
+                "maps of another size",
+                |c| (c.rsm, c.lighting.shadows) = (2, 2),
+                false,
+                2.0 / 34.0,
+                None,
+            ),
             ("a mesh", |c| c.sources.voxels += 1, true, 0.5, None),
             ("a reset", |c| c.sources.history += 1, true, 1.0, None),
             (
@@ -293,6 +339,19 @@ mod tests {
             // Only a reset forbids that light of before bounces on.
             assert_eq!(plan.endless, what != "a reset", "{what}");
         }
+    }
+
+    #[test]
+    fn virtual_point_lights_of_resized_maps_are_all_looked_at() {
+        let mut now = content();
+        now.vpls = (0, 8192);
+        let mut progress = Progress::default();
+        let frames = settle(&mut progress, &now).len();
+        now.rsm += 1;
+        let plans = settle(&mut progress, &now);
+        assert_eq!(plans.len(), frames);
+        // Bounces go on being averaged.
+        assert!(plans.iter().all(|plan| plan.blend_bounces < 0.1));
     }
 
     #[test]
