@@ -9,7 +9,10 @@ use bevy::{
 use serde::{Deserialize, Serialize};
 
 use super::GiDebugSettings;
-use crate::settings::{GiTechnique, name::name_type};
+use crate::settings::{
+    GiTechnique,
+    name::{self, name_type},
+};
 
 /// Name of a debug view: what GI cameras show. [`GiViews`] lists those that an app has. Views named *unexposed*
 /// show plain numbers, without exposure and tone mapping. Serialized as the name; [`GiViews::find`] checks that it exists.
@@ -235,11 +238,8 @@ impl GiViews {
     /// # Errors
     /// A sentence that lists all names.
     pub fn find(&self, name: &str) -> Result<GiView, String> {
-        let mut all = self.iter().map(|entry| entry.view);
-        all.find(|view| view.name() == name).ok_or_else(|| {
-            let names: Vec<_> = self.iter().map(|entry| entry.view.name()).collect();
-            format!("no view '{name}'; there are {}", names.join(", "))
-        })
+        let all = self.iter().map(|entry| entry.view);
+        name::find("view", all, GiView::name, name)
     }
 }
 

@@ -19,6 +19,21 @@ pub(crate) fn interned(name: &str) -> &'static str {
     name
 }
 
+/// The one of `names` with this name, or a sentence that lists all of them. `what` they are: "technique".
+pub(crate) fn find<N: Copy>(
+    what: &str,
+    names: impl Iterator<Item = N>,
+    name_of: fn(N) -> &'static str,
+    name: &str,
+) -> Result<N, String> {
+    let all: Vec<_> = names.collect();
+    let found = all.iter().find(|n| name_of(**n) == name);
+    found.copied().ok_or_else(|| {
+        let names: Vec<_> = all.into_iter().map(name_of).collect();
+        format!("no {what} '{name}'; there are {}", names.join(", "))
+    })
+}
+
 /// How a `struct Name(&'static str)` is made and written: `Debug` has quotes, `Display` and files the bare name.
 macro_rules! name_type {
     ($name:ident) => {

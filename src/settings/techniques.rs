@@ -2,13 +2,14 @@
 
 use bevy::{ecs::prelude::*, reflect::prelude::*};
 
-use super::name::name_type;
+use super::name::{self, name_type};
 use crate::gpu::caps::{DeviceNeeds, GiSupport};
 
 /// Name of a technique: the algorithm that computes indirect light.
 ///
 /// [`GiTechniques`] lists those that an app has. Where the technique's type is at hand, use [`GiTechnique::of`]. A name is
-/// also part of the names of the technique's passes, and [`GiTechniques::find`] checks that it exists. Default `"hints"`, radiance hints. Serialized as the name.
+/// also part of the names of the technique's passes, and [`GiTechniques::find`] checks that it exists. Default `"hints"`,
+/// radiance hints. Serialized as the name.
 #[derive(Reflect, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[reflect(opaque)]
 #[reflect(Default, Clone, Debug, Hash, PartialEq, Serialize, Deserialize)]
@@ -109,12 +110,8 @@ impl GiTechniques {
     /// # Errors
     /// A sentence that lists all names.
     pub fn find(&self, name: &str) -> Result<GiTechnique, String> {
-        let mut all = self.iter().map(|entry| entry.technique);
-        all.find(|technique| technique.name() == name)
-            .ok_or_else(|| {
-                let names: Vec<_> = self.iter().map(|entry| entry.technique.name()).collect();
-                format!("no technique '{name}'; there are {}", names.join(", "))
-            })
+        let all = self.iter().map(|entry| entry.technique);
+        name::find("technique", all, GiTechnique::name, name)
     }
 }
 
