@@ -179,7 +179,7 @@ fn a_lit_plane_is_a_plane_of_light() {
     // One for each 500 cm2: the plate is near.
     world.resource_mut::<GiCaptureSettings>().vpls = 2048;
     let volume = GiVolume::new(Vec3::new(11.0, 3.5, 11.0)).with_resolution(64);
-    let set = ProbeSet::default().with_resolution(16);
+    let set = ProbeSet::default().with_resolution(22);
     world.spawn((volume, set, Transform::from_xyz(0.0, 1.2, 0.0)));
     let sun = DirectionalLight {
         illuminance: 1.0,
