@@ -61,8 +61,8 @@
 //! # Units
 //!
 //! All light is photometric, linear, with Rec. 709 primaries: directional lights in lux, point and spot lights
-//! in candela (Bevy's lumens over 4 pi), emission and caches in nits. Exposure is applied once, at the end, as
-//! in Bevy. For example, a closed room with walls of albedo 1/2 that emit 1 nit has 2 nits.
+//! in candela (Bevy's lumens over 4 pi), rect lights, emission and caches in nits. Exposure is applied once, at the
+//! end, as in Bevy. For example, a closed room with walls of albedo 1/2 that emit 1 nit has 2 nits.
 #![warn(missing_docs)]
 
 mod apply;

@@ -110,6 +110,14 @@ impl Light {
         }
     }
 
+    /// Whether its light arrives from more than one place.
+    pub fn has_extent(&self) -> bool {
+        match self {
+            Self::Directional { .. } | Self::Point { .. } => false,
+            Self::Rect { .. } => true,
+        }
+    }
+
     /// Lumens, roughly, for a scene of radius `radius`.
     pub fn power(&self, radius: f32) -> f32 {
         let (light, solid) = match self {

@@ -96,8 +96,8 @@ impl ReferenceScene {
         let emitters = Emitters::new(&geometry, &materials.found);
         let weights = light_weights(&lights, &emitters, &sky, geometry.radius());
         let chosen = weights.iter().filter(|w| **w > 0.0).count();
-        let has_extent = |light: &Light| matches!(light, Light::Rect { .. });
-        let extended = emitters.power > 0.0 || sky.is_sampled() || lights.iter().any(has_extent);
+        let extended =
+            emitters.power > 0.0 || sky.is_sampled() || lights.iter().any(Light::has_extent);
         Self {
             passes: layers
                 .iter()

@@ -120,7 +120,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         let side = 2.0 * uv - 1.0;
         let axis = map_position(map, vec2(0.5), z) - map.position;
         let c = saturate(dot(normalize(axis), -to_light));
-        arrives = c * c * c * range_window(distance * distance, map.range);
+        arrives *= c * c * c * range_window(distance * distance, map.range);
         let cosine = dot(-to_light, map.direction);
         if map.kind == #{LIGHT_SPOT}u {
             arrives *= spot_attenuation(cosine, map.cos_inner, map.cos_outer);

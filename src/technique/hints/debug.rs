@@ -47,7 +47,7 @@ const TAPS: u32 = 9;
 const MARKS: u32 = 512;
 
 #[derive(Resource)]
-struct HintsView {
+struct HintsViewPasses {
     pick: ComputePass,
     hints: ComputePass,
     taps: ComputePass,
@@ -119,7 +119,7 @@ fn init_view(mut commands: Commands, server: Res<AssetServer>, cache: Res<Pipeli
         ComputePass::new(&cache, name, block, &layouts, shader, entry, shader_defs())
     };
     let shapes = load_embedded_asset!(server.as_ref(), "debug.wgsl");
-    commands.insert_resource(HintsView {
+    commands.insert_resource(HintsViewPasses {
         pick: pass(
             "gi/hints/pick",
             block::ONE,
@@ -173,7 +173,7 @@ fn show_hints(
     shown: Query<(Entity, &ShownOf, Option<&DebugShapes>)>,
     (debug, own): (Res<GiDebugSettings>, Res<RadianceHintsDebugSettings>),
     maps: Res<SceneLightMaps>,
-    view: Option<Res<HintsView>>,
+    view: Option<Res<HintsViewPasses>>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,

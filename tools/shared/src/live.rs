@@ -172,6 +172,14 @@ type ChangedLight = Or<(
     Changed<RectLight>,
 )>;
 
+/// Lights that are gone.
+type GoneLights<'w, 's> = (
+    RemovedComponents<'w, 's, PointLight>,
+    RemovedComponents<'w, 's, SpotLight>,
+    RemovedComponents<'w, 's, DirectionalLight>,
+    RemovedComponents<'w, 's, RectLight>,
+);
+
 /// Forgets the scene once anything in it has changed.
 #[allow(clippy::too_many_arguments, reason = "a system's parameters")]
 pub fn watch_scene(
@@ -181,14 +189,21 @@ pub fn watch_scene(
     lights: Query<(), ChangedLight>,
     mut materials: MessageReader<AssetEvent<StandardMaterial>>,
     mut meshes: MessageReader<AssetEvent<Mesh>>,
-    mut gone: RemovedComponents<Mesh3d>,
+    mut gone_meshes: RemovedComponents<Mesh3d>,
+    mut gone_lights: GoneLights,
 ) {
     // New meshes come with new entities.
     let is_modified = |event: &AssetEvent<Mesh>| matches!(event, AssetEvent::Modified { .. });
     // All of them are read: what is left unread would count in the next frame.
     let events = materials.read().count() + meshes.read().filter(|e| is_modified(e)).count();
     let changed = !moved.is_empty() || !lights.is_empty() || settings.is_changed();
-    if changed || events + gone.read().count() > 0 {
+    let (points, spots, suns, rects) = &mut gone_lights;
+    let gone = gone_meshes.read().count()
+        + points.read().count()
+        + spots.read().count()
+        + suns.read().count()
+        + rects.read().count();
+    if changed || events + gone > 0 {
         live.scene = None;
     }
 }
