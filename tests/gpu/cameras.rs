@@ -19,7 +19,7 @@ use crate::{
     },
     shared::SharedApp,
     support::{
-        CONES, HINTS, TECHNIQUES, UNIT_EV100, app, assert_sane, camera, choose, luminance, mean,
+        self, CONES, HINTS, TECHNIQUES, UNIT_EV100, app, assert_sane, choose, luminance, mean,
         settle, show,
     },
 };
@@ -27,6 +27,7 @@ use crate::{
 const SIZE: UVec2 = UVec2::new(96, 64);
 const EYE: Vec3 = Vec3::new(0.2, 1.1, 3.6);
 const LOOK: Vec3 = Vec3::new(0.0, 0.9, 0.0);
+const HISTORY: u32 = 32;
 
 /// A room of 2 m, open towards +z, with a block and a panel that shines, `scale` times as large; its indirect light
 /// is seen.
@@ -56,6 +57,20 @@ fn open_room(technique: GiTechnique, scale: f32) -> SharedApp {
     headless
 }
 
+/// A camera with half of the usual history, which is full after half of the frames.
+fn camera(
+    headless: &mut Headless,
+    size: UVec2,
+    eye: Vec3,
+    look: Vec3,
+    fov: f32,
+) -> (Entity, Handle<Image>) {
+    let (camera, target) = support::camera(headless, size, eye, look, fov);
+    let world = headless.app.world_mut();
+    world.get_mut::<GiCamera>(camera).unwrap().history_frames = HISTORY;
+    (camera, target)
+}
+
 /// Relative RMSE of 8x8-pixel means.
 fn difference(a: &Picture, b: &Picture) -> f32 {
     let errors = Errors::new(&blocks(a), &blocks(b));
@@ -64,7 +79,7 @@ fn difference(a: &Picture, b: &Picture) -> f32 {
 
 fn settled(headless: &mut Headless, target: &Handle<Image>) -> Picture {
     // Until light rests, and nothing else is left in the history of pictures.
-    settle(headless, 96);
+    settle(headless, 32 + HISTORY);
     let picture = headless.picture(target);
     assert_sane(&picture, "settled");
     picture
@@ -290,7 +305,10 @@ fn cameras_have_techniques_of_their_own() {
     let right = split(&mut headless, left);
     for (camera, technique) in [left, right].into_iter().zip(TECHNIQUES) {
         let camera = &mut headless.app.world_mut().entity_mut(camera);
-        camera.insert(GiCamera::with_technique(technique));
+        camera.insert(GiCamera {
+            history_frames: HISTORY,
+            ..GiCamera::with_technique(technique)
+        });
     }
     let both = settled(&mut headless, &target);
     for (side, alone) in (0..).zip(&alone) {

@@ -96,8 +96,9 @@ pub fn test(filter: Option<&str>) -> Result<()> {
     };
     let results = [
         package("xtask"),
-        package("bevy_gi_tools"),
+        // The library and its tests are compiled side by side; only then what depends on it.
         package("bevy_gi"),
+        package("bevy_gi_tools"),
         rendering_tests(filter),
     ];
     results.into_iter().collect()
