@@ -1,7 +1,7 @@
 // Temporal accumulation of gathered light on reprojected surfaces.
 
 #import bevy_gi::surface::{
-    gathered_pixel, gathered_place, keep_surface, kept_surface, load_surface, previous_uv, view_height,
+    Surface, gathered_pixel, gathered_place, keep_surface, kept_surface, load_surface, previous_uv, view_height,
 }
 
 struct Temporal {
@@ -56,14 +56,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
         for (var i = 0; i < 4; i++) {
             let o = vec2(i & 1, i >> 1u);
             let tap = base + o;
-            if any(tap < vec2(0)) || any(tap >= vec2<i32>(temporal.size)) {
-                continue;
-            }
-            let old = kept_surface(textureLoad(old_surface, tap, 0));
-            let same = old.exists
-                && abs(old.depth - surface.depth) < 0.12 * view_height(surface.depth)
-                && dot(old.normal, surface.normal) > 0.8;
-            if !same {
+            if !showed(tap, surface) {
                 continue;
             }
             let b = mix(1.0 - f, f, vec2<f32>(o));
@@ -80,12 +73,19 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     before_diffuse /= total;
     before_specular /= total;
+    let sharp = sharp_history(base, f, surface);
+    if sharp.exists {
+        before_diffuse = vec4(sharp.diffuse, before_diffuse.a);
+        before_specular = vec4(sharp.specular, before_specular.a);
+    }
     before_diffuse = vec4(before_diffuse.rgb * temporal.rescale, before_diffuse.a);
     before_specular = vec4(before_specular.rgb * temporal.rescale, before_specular.a);
 
     // What the neighbourhood shows now bounds what the past may say: a light that went out must
     // not linger. Wide bounds, since each neighbour turned its cones differently.
-    let frames = min(before_specular.a + 1.0, f32(temporal.history_frames));
+    // At edges, what is left of the four gathered pixels lies to one side, and would drag light along with every frame
+    // of a camera that moves: such a history counts for less.
+    let frames = min(before_specular.a * total + 1.0, f32(temporal.history_frames));
     let d = bounds(new_diffuse, at, diffuse.rgb);
     let s = bounds(new_specular, at, specular.rgb);
     let old_d = clamp(before_diffuse.rgb, d.low, d.high);
@@ -97,6 +97,53 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
         vec4(mix(old_d, diffuse.rgb, blend), mix(before_diffuse.a, diffuse.a, blend)),
     );
     textureStore(specular_target, at, vec4(mix(old_s, specular.rgb, blend), frames));
+}
+
+// Whether a gathered pixel showed this surface a frame ago.
+fn showed(tap: vec2<i32>, surface: Surface) -> bool {
+    if any(tap < vec2(0)) || any(tap >= vec2<i32>(temporal.size)) {
+        return false;
+    }
+    let old = kept_surface(textureLoad(old_surface, tap, 0));
+    return old.exists
+        && abs(old.depth - surface.depth) < 0.12 * view_height(surface.depth)
+        && dot(old.normal, surface.normal) > 0.8;
+}
+
+struct SharpHistory {
+    exists: bool,
+    diffuse: vec3<f32>,
+    specular: vec3<f32>,
+}
+
+// The history between sixteen gathered pixels by Catmull-Rom interpolation, where all of them showed the surface.
+// Linear interpolation, repeated in every frame in which the camera moves, would blur light over several of them.
+fn sharp_history(base: vec2<i32>, f: vec2<f32>, surface: Surface) -> SharpHistory {
+    let columns = catmull_rom(f.x);
+    let rows = catmull_rom(f.y);
+    var sharp: SharpHistory;
+    for (var i = 0; i < 16; i++) {
+        let o = vec2(i & 3, i >> 2u);
+        let tap = base + o - 1;
+        if !showed(tap, surface) {
+            return SharpHistory(false, vec3(0.0), vec3(0.0));
+        }
+        let w = columns[o.x] * rows[o.y];
+        sharp.diffuse += w * textureLoad(old_diffuse, tap, 0).rgb;
+        sharp.specular += w * textureLoad(old_specular, tap, 0).rgb;
+    }
+    sharp.exists = true;
+    return sharp;
+}
+
+// Weights of four neighbours for a place between the two in the middle.
+fn catmull_rom(f: f32) -> vec4<f32> {
+    return vec4(
+        f * (-0.5 + f * (1.0 - 0.5 * f)),
+        1.0 + f * f * (-2.5 + 1.5 * f),
+        f * (0.5 + f * (2.0 - 1.5 * f)),
+        f * f * (-0.5 + 0.5 * f),
+    );
 }
 
 // Mean of the 3x3 neighbourhood, give or take three standard deviations and a tenth.
