@@ -81,11 +81,11 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     before_diffuse = vec4(before_diffuse.rgb * temporal.rescale, before_diffuse.a);
     before_specular = vec4(before_specular.rgb * temporal.rescale, before_specular.a);
 
-    // What the neighbourhood shows now bounds what the past may say: a light that went out must
-    // not linger. Wide bounds, since each neighbour turned its cones differently.
     // At edges, what is left of the four gathered pixels lies to one side, and would drag light along with every frame
     // of a camera that moves: such a history counts for less.
     let frames = min(before_specular.a * total + 1.0, f32(temporal.history_frames));
+    // What the neighbourhood shows now bounds what the past may say: a light that went out must
+    // not linger. Wide bounds, since each neighbour turned its cones differently.
     let d = bounds(new_diffuse, at, diffuse.rgb);
     let s = bounds(new_specular, at, specular.rgb);
     let old_d = clamp(before_diffuse.rgb, d.low, d.high);
