@@ -44,6 +44,8 @@ mod outside;
 mod probes;
 #[path = "gpu/quality.rs"]
 mod quality;
+#[path = "gpu/reflectance.rs"]
+mod reflectance;
 #[path = "gpu/rooms.rs"]
 mod rooms;
 #[path = "gpu/rsm.rs"]

@@ -2,9 +2,9 @@
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_gi::surface::{
-    Surface, diffuse_albedo, gathered_place, gathered_point, kept_surface, load_surface, previous_uv, specular_albedo, view,
-    view_height,
+    Surface, gathered_place, gathered_point, kept_surface, load_surface, previous_uv, view, view_height,
 }
+#import bevy_gi::surface::reflectance::{diffuse_albedo, diffuse_color, specular_albedo}
 #import bevy_pbr::ssao_utils::ssao_multibounce
 
 struct Composite {
@@ -110,14 +110,15 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
         return vec4(0.0, 0.0, 0.0, 1.0);
     }
     let light = upsample(pixel, surface);
+    let material = surface.material;
+    let n_dot_v = max(dot(surface.normal, surface.to_eye), 1e-4);
     // Small gaps that the cache does not resolve, as Bevy's deferred lighting applies them.
     var diffuse_occlusion = vec3(surface.occlusion);
     var specular_occlusion = surface.occlusion;
     if composite.ssao != 0u {
         let ssao = textureLoad(ssao_texture, pixel, 0).r;
-        let n_dot_v = max(dot(surface.normal, surface.to_eye), 1e-4);
-        let alpha = surface.roughness * surface.roughness;
-        diffuse_occlusion = min(diffuse_occlusion, ssao_multibounce(ssao, surface.base_color));
+        let alpha = material.roughness * material.roughness;
+        diffuse_occlusion = min(diffuse_occlusion, ssao_multibounce(ssao, material.base_color));
         // Lagarde and de Rousiers 2014, "Moving Frostbite to PBR", section 4.10.2.
         specular_occlusion = min(
             specular_occlusion,
@@ -126,17 +127,17 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     }
     let clear = fog_transmittance(distance(surface.position, view.world_position));
     let scale = composite.strength * view.exposure * clear;
-    let diffuse = light.diffuse * diffuse_albedo(surface) * diffuse_occlusion * scale;
-    let specular = light.specular * specular_albedo(surface) * specular_occlusion * scale;
+    let diffuse = light.diffuse * diffuse_albedo(material, n_dot_v) * diffuse_occlusion * scale;
+    let specular = light.specular * specular_albedo(material, n_dot_v) * specular_occlusion * scale;
     var color = diffuse + specular;
     switch composite.mode {
         case #{VIEW_DIFFUSE}u: { color = diffuse; }
         case #{VIEW_SPECULAR}u: { color = specular; }
         case #{VIEW_IRRADIANCE}u: { color = light.diffuse * view.exposure; }
         case #{VIEW_GATHERED}u: { color = light.diffuse; }
-        case #{VIEW_ALBEDO}u: { color = diffuse_albedo(surface); }
+        case #{VIEW_ALBEDO}u: { color = diffuse_color(material); }
         case #{VIEW_NORMAL}u: { color = surface.normal * 0.5 + 0.5; }
-        case #{VIEW_ROUGHNESS}u: { color = vec3(surface.roughness); }
+        case #{VIEW_ROUGHNESS}u: { color = vec3(material.roughness); }
         case #{VIEW_OCCLUSION}u: { color = diffuse_occlusion; }
         case #{VIEW_MOTION}u: {
             let uv = (vec2<f32>(pixel) + 0.5) / view.viewport.zw;

@@ -38,6 +38,10 @@ struct GpuTemporal {
     history_frames: u32,
     /// Units of now in one of the last frame.
     rescale: f32,
+    /// 1 while the light of a volume or of the camera's own cache has not settled.
+    light_changes: u32,
+    /// Counts frames since the history was reset.
+    frame: u32,
 }
 
 /// What a camera remembers of past frames.
@@ -153,8 +157,8 @@ pub(crate) fn prepare_history(
                 ([names.map(texture), names.map(texture)], 0)
             }
         };
-        let most = settling.and_then(|settling| settling.0);
-        let most = most.map_or(u32::MAX, |settling| settling.history_frames);
+        let settling = settling.and_then(|settling| settling.0);
+        let most = settling.map_or(u32::MAX, |settling| settling.history_frames);
         let history_frames = match indirect.frame {
             0 => 1,
             _ => camera.settings.history_frames.min(most),
@@ -165,6 +169,8 @@ pub(crate) fn prepare_history(
             divisor: indirect.divisor,
             history_frames,
             rescale: history.map_or(1.0, |old| old.unit / indirect.unit),
+            light_changes: settling.is_some().into(),
+            frame: indirect.frame,
         });
         uniform.write_buffer(&device, &queue);
         let [to, from] = [&frames[current], &frames[1 - current]];

@@ -1,5 +1,7 @@
 // Temporal accumulation of gathered light on reprojected surfaces.
 
+#import bevy_gi::gpu::pack::half_at_random
+#import bevy_gi::gpu::random::hash3
 #import bevy_gi::surface::{
     Surface, gathered_pixel, gathered_place, keep_surface, kept_surface, load_surface, previous_uv, view_height,
 }
@@ -10,6 +12,8 @@ struct Temporal {
     divisor: u32,
     history_frames: u32,
     rescale: f32,
+    light_changes: u32,
+    frame: u32,
 }
 
 @group(1) @binding(0) var<uniform> temporal: Temporal;
@@ -21,11 +25,6 @@ struct Temporal {
 @group(1) @binding(6) var diffuse_target: texture_storage_2d<rgba16float, write>;
 @group(1) @binding(7) var specular_target: texture_storage_2d<rgba16float, write>;
 @group(1) @binding(8) var surface_target: texture_storage_2d<rgba16float, write>;
-
-struct Bounds {
-    low: vec3<f32>,
-    high: vec3<f32>,
-}
 
 @compute @workgroup_size(8, 8)
 fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -46,7 +45,8 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     let specular = textureLoad(new_specular, at, 0);
 
     // The four gathered pixels around the same surface a frame ago, where they still show it.
-    let where_ = gathered_place(previous_uv(pixel) * vec2<f32>(temporal.full_size), temporal.divisor);
+    let before = previous_uv(pixel) * vec2<f32>(temporal.full_size);
+    let where_ = gathered_place(before, temporal.divisor);
     let base = vec2<i32>(floor(where_));
     let f = where_ - vec2<f32>(base);
     var before_diffuse = vec4(0.0);
@@ -84,19 +84,26 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     // At edges, what is left of the four gathered pixels lies to one side, and would drag light along with every frame
     // of a camera that moves: such a history counts for less.
     let frames = min(before_specular.a * total + 1.0, f32(temporal.history_frames));
-    // What the neighbourhood shows now bounds what the past may say: a light that went out must
-    // not linger. Wide bounds, since each neighbour turned its cones differently.
-    let d = bounds(new_diffuse, at, diffuse.rgb);
-    let s = bounds(new_specular, at, specular.rgb);
-    let old_d = clamp(before_diffuse.rgb, d.low, d.high);
-    let old_s = clamp(before_specular.rgb, s.low, s.high);
+    var old_d = before_diffuse.rgb;
+    var old_s = before_specular.rgb;
+    // While light changes, what the neighbourhood shows now bounds what the past may say: a light that went out must not
+    // linger. Wide bounds, since each neighbour turned its cones differently. Only then: where few gathers meet a
+    // small lamp, the nine of a neighbourhood may all have missed it, and bounds by them would forget it.
+    if temporal.light_changes != 0u {
+        old_d = bounded(old_d, new_diffuse, at, diffuse.rgb);
+    }
+    // What a surface mirrors changes where the eye moves, too.
+    let moved = distance(before, vec2<f32>(pixel) + 0.5) > 0.01;
+    if temporal.light_changes != 0u || moved {
+        old_s = bounded(old_s, new_specular, at, specular.rgb);
+    }
     let blend = 1.0 / frames;
-    textureStore(
-        diffuse_target,
-        at,
-        vec4(mix(old_d, diffuse.rgb, blend), mix(before_diffuse.a, diffuse.a, blend)),
-    );
-    textureStore(specular_target, at, vec4(mix(old_s, specular.rgb, blend), frames));
+    // Half floats would cut off what a new frame adds to a long history, always to the same side.
+    let random = hash3(vec3(id.xy, temporal.frame));
+    let d = half_at_random(mix(old_d, diffuse.rgb, blend), random);
+    let s = half_at_random(mix(old_s, specular.rgb, blend), random);
+    textureStore(diffuse_target, at, vec4(d, mix(before_diffuse.a, diffuse.a, blend)));
+    textureStore(specular_target, at, vec4(s, frames));
 }
 
 // Whether a gathered pixel showed this surface a frame ago.
@@ -146,8 +153,8 @@ fn catmull_rom(f: f32) -> vec4<f32> {
     );
 }
 
-// Mean of the 3x3 neighbourhood, give or take three standard deviations and a tenth.
-fn bounds(texture: texture_2d<f32>, at: vec2<i32>, own: vec3<f32>) -> Bounds {
+// `history` within the mean of the 3x3 neighbourhood, give or take three standard deviations and a tenth.
+fn bounded(history: vec3<f32>, texture: texture_2d<f32>, at: vec2<i32>, own: vec3<f32>) -> vec3<f32> {
     var sum = own;
     var squares = own * own;
     var count = 1.0;
@@ -164,5 +171,5 @@ fn bounds(texture: texture_2d<f32>, at: vec2<i32>, own: vec3<f32>) -> Bounds {
     let mean = sum / count;
     let deviation = sqrt(max(squares / count - mean * mean, vec3(0.0)));
     let reach = 3.0 * deviation + 0.1 * mean;
-    return Bounds(max(mean - reach, vec3(0.0)), mean + reach);
+    return clamp(history, max(mean - reach, vec3(0.0)), mean + reach);
 }

@@ -23,7 +23,7 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
         discard;
     }
     // As in the preset `ultra` of voxel cone tracing.
-    let march = March(0.6, 1.0, 0.18, 5.0, 2.0, 0.97);
+    let march = March(0.6, 1.0, 0.18, 1.0, 0.97);
     let origin = s.position + march.bias * volume.voxel * s.normal;
     let basis = orthonormal(s.normal);
     var open = 0.0;

@@ -49,3 +49,24 @@ fn pack_normal(n: vec3<f32>, flags: u32) -> u32 {
 fn unpack_normal(packed: u32) -> vec3<f32> {
     return octahedral_decode(vec2(f32(packed & 0xfffu), f32((packed >> 12u) & 0xfffu)) / 4095.0);
 }
+
+// A colour of 0..1 in 11, 11 and 10 bits: light that bounces many times multiplies the error of each.
+const COLOR_STEPS: vec3<f32> = vec3(2047.0, 2047.0, 1023.0);
+
+fn pack_color(c: vec3<f32>) -> u32 {
+    let bits = vec3<u32>(round(saturate(c) * COLOR_STEPS));
+    return bits.r | (bits.g << 11u) | (bits.b << 22u);
+}
+
+fn unpack_color(packed: u32) -> vec3<f32> {
+    return vec3<f32>((vec3(packed) >> vec3(0u, 11u, 22u)) & vec3(0x7ffu, 0x7ffu, 0x3ffu)) / COLOR_STEPS;
+}
+
+// A positive number as a half float has it, rounded up or down at random (`random`: 0..1) so that its mean is kept:
+// storing it is exact then, however a GPU rounds.
+fn half_at_random(x: vec3<f32>, random: f32) -> vec3<f32> {
+    // Of 23 bits of the mantissa, halves keep 10.
+    let up = u32(random * 8192.0);
+    let bits = bitcast<vec3<u32>>(clamp(x, vec3(0.0), vec3(65504.0))) + vec3(up);
+    return bitcast<vec3<f32>>(bits & vec3(0xffffe000u));
+}

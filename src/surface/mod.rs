@@ -44,6 +44,7 @@ pub struct SurfacePlugin;
 
 impl Plugin for SurfacePlugin {
     fn build(&self, app: &mut App) {
+        load_shader_library!(app, "reflectance.wgsl");
         load_shader_library!(app, "surface.wgsl");
         app.add_plugins(depth::CameraDepthPlugin);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {

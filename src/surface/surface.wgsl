@@ -1,6 +1,7 @@
 // The surface that a camera sees in a pixel, from Bevy's G-buffer.
 #define_import_path bevy_gi::surface
 
+#import bevy_gi::surface::reflectance::{Material, deferred_material}
 #import bevy_pbr::{
     pbr_deferred_types::{
         DEFERRED_FLAGS_UNLIT_BIT, unpack_24bit_normal, unpack_flags, unpack_unorm4x8_,
@@ -24,11 +25,7 @@ struct Surface {
     to_eye: vec3<f32>,
     // Distance along the view axis, metres.
     depth: f32,
-    base_color: vec3<f32>,
-    // Perceptual.
-    roughness: f32,
-    metallic: f32,
-    reflectance: f32,
+    material: Material,
     // The material's own ambient occlusion map.
     occlusion: f32,
 }
@@ -72,13 +69,8 @@ fn load_surface(pixel: vec2<u32>) -> Surface {
     ));
     let unlit = (unpack_flags(packed.a) & DEFERRED_FLAGS_UNLIT_BIT) != 0u;
     s.normal = octahedral_decode(unpack_24bit_normal(packed.a));
-    let color = unpack_unorm4x8_(packed.r);
-    s.base_color = pow(color.rgb, vec3(2.2));
-    s.roughness = color.a;
-    let properties = unpack_unorm4x8_(packed.b);
-    s.reflectance = properties.r;
-    s.metallic = properties.g;
-    s.occlusion = properties.b;
+    s.material = deferred_material(packed);
+    s.occlusion = unpack_unorm4x8_(packed.b).b;
     s.exists = !unlit && all(abs(s.position) < vec3(1e9));
     return s;
 }
@@ -137,64 +129,4 @@ fn previous_uv(pixel: vec2<u32>) -> vec2<f32> {
     let texel = vec2<i32>(vec2<f32>(pixel) + view.viewport.xy);
     let motion = textureLoad(motion_texture, texel, 0).xy;
     return (vec2<f32>(pixel) + 0.5) / view.viewport.zw - motion;
-}
-
-fn diffuse_albedo(s: Surface) -> vec3<f32> {
-    return s.base_color * (1.0 - s.metallic);
-}
-
-// Specular reflectance at normal incidence, as Bevy has it (`calculate_F0`).
-fn f0(s: Surface) -> vec3<f32> {
-    return mix(vec3(0.16 * s.reflectance * s.reflectance), s.base_color, s.metallic);
-}
-
-// Whether a specular cone would be seen at all.
-fn specular_matters(s: Surface) -> bool {
-    return max(s.reflectance, s.metallic) > 0.01;
-}
-
-// Scale and offset of F0 in the reflectance of a GGX lobe, as Bevy fits them (`F_AB`, Karis 2014).
-fn fitted_scale_and_offset(roughness: f32, n_dot_v: f32) -> vec2<f32> {
-    let c0 = vec4(-1.0, -0.0275, -0.572, 0.022);
-    let c1 = vec4(1.0, 0.0425, 1.04, -0.04);
-    let r = roughness * c0 + c1;
-    let a = min(r.x * r.x, exp2(-9.28 * n_dot_v)) * r.x + r.y;
-    return max(vec2(-1.04, 1.04) * a + r.zw, vec2(5e-5));
-}
-
-// The same for the lobe that Bevy shades lamps with: GGX with height-correlated Smith masking, integrated over the
-// hemisphere. Least-squares fits in roughness 0..1 and cosine 0.05..1, whose error is 0.01 (RMS). Bevy's own fit is
-// of another lobe: at roughness 0.9 seen head-on, it has 0.46 where this one has 0.36.
-fn scale_and_offset(roughness: f32, n_dot_v: f32) -> vec2<f32> {
-    let r2 = roughness * roughness;
-    let r = vec4(1.0, r2, r2 * roughness, r2 * r2);
-    let c = n_dot_v;
-    let t = 1.0 - n_dot_v;
-    let whole = mat4x4(
-        0.950, -0.987, 2.593, -1.670,
-        0.390, -5.233, 2.900, 0.422,
-        -0.731, 19.051, -30.528, 13.885,
-        0.386, -11.957, 21.601, -10.779,
-    );
-    let grazing = mat4x4(
-        0.345, -1.692, 1.348, 0.034,
-        -2.084, 9.076, -3.830, -3.377,
-        3.840, -3.670, -23.985, 24.378,
-        -1.162, -13.261, 43.509, -29.476,
-    );
-    let sum = dot(r, whole * vec4(1.0, c, c * c, c * c * c));
-    let offset = dot(r, grazing * (t * t * vec4(1.0, t, t * t, t * t * t)));
-    return saturate(vec2(sum - offset, offset));
-}
-
-// Part of light that is the same all over the specular lobe that is reflected, as Bevy's lamps have it
-// (`specular_multiscatter`): with the compensation for several bounces between microfacets, and grazing reflectance
-// that vanishes with F0.
-fn specular_albedo(s: Surface) -> vec3<f32> {
-    let n_dot_v = max(dot(s.normal, s.to_eye), 1e-4);
-    let f = f0(s);
-    let f90 = saturate(16.5 * (f.r + f.g + f.b));
-    let ab = scale_and_offset(s.roughness, n_dot_v);
-    let fitted = fitted_scale_and_offset(s.roughness, n_dot_v);
-    return (f * ab.x + f90 * ab.y) * (1.0 + f * (1.0 / (fitted.x + fitted.y) - 1.0));
 }

@@ -252,8 +252,10 @@ impl Voxels {
     /// Linear albedo at a point of the world, if there is a surface.
     pub fn albedo(&self, p: Vec3) -> Option<Vec3> {
         let v = self.voxel(p);
-        let byte = |c: u32| (self.record(v)[0] >> (8 * c)) as u8 as f32 / 255.0;
-        self.at(v).then(|| Vec3::new(byte(0), byte(1), byte(2)))
+        let word = self.record(v)[0];
+        let part = |shift: u32, steps: u32| ((word >> shift) & steps) as f32 / steps as f32;
+        let albedo = Vec3::new(part(0, 2047), part(11, 2047), part(22, 1023));
+        self.at(v).then_some(albedo)
     }
 }
 

@@ -5,9 +5,10 @@
 #import bevy_gi::scene::world::falloff::{range_window, spot_attenuation}
 #import bevy_gi::scene::light_maps::types::{map_position, surface_uv}
 #import bevy_gi::scene::types::{LightMap, LightMaps}
+#import bevy_gi::surface::reflectance::{albedo, albedo_mean, deferred_material}
 #import bevy_pbr::{
     pbr_deferred_types::{
-        DEFERRED_FLAGS_UNLIT_BIT, unpack_24bit_normal, unpack_flags, unpack_unorm4x8_,
+        DEFERRED_FLAGS_UNLIT_BIT, unpack_24bit_normal, unpack_flags,
     },
     rgb9e5::vec3_to_rgb9e5_,
     utils::octahedral_decode,
@@ -103,8 +104,6 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(flux, texel, vec4(0.0));
         return;
     }
-    // Diffuse and specular together, as voxels have it: what a rough surface of that colour reflects.
-    let albedo = pow(unpack_unorm4x8_(packed.r).rgb, vec3(2.2));
     let uv = surface_uv(map, id.xy);
     let p = map_position(map, uv, z);
     var n = octahedral_decode(unpack_24bit_normal(packed.a));
@@ -136,13 +135,15 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     // What the light sees is lit, whichever way a normal map or a two-sided leaf has turned it.
     n = select(n, -n, dot(n, to_light) < -0.2);
+    let material = deferred_material(packed);
+    let reflected = arrives * albedo(material, saturate(dot(n, to_light)));
     let words = vec4(
-        vec3_to_rgb9e5_(albedo * arrives),
+        vec3_to_rgb9e5_(reflected),
         pack_normal(n, 1u),
         bitcast<u32>(z),
-        pack4x8unorm(vec4(albedo, 1.0)),
+        pack4x8unorm(vec4(albedo_mean(material), 1.0)),
     );
     textureStore(texels, texel, words);
     // Without the colour of the light, which may change without a new map.
-    textureStore(flux, texel, vec4(arrives * luminance(albedo) * map.flux_scale));
+    textureStore(flux, texel, vec4(luminance(reflected) * map.flux_scale));
 }

@@ -17,14 +17,13 @@ struct Cone {
 
 // How cones are marched.
 struct March {
-    // Length of a step, in diameters of the cone.
+    // Length of a step, in widths of the cells.
     step: f32,
     // Height of the start above the surface, voxels.
     bias: f32,
     // Diameter at most, in heights above the start's plane.
     clearance: f32,
-    // Exponents that bring a cell's opacity to the length of a step: of the finest cells, and of all others.
-    finest_density: f32,
+    // Part of a cone that a full cell stops over its own width; 1 is what it covers.
     density: f32,
     // Opacity from which on nothing more is seen.
     cutoff: f32,
@@ -40,7 +39,8 @@ struct Station {
     level: f32,
     // 1 at the start, 0 from a cell's width and a half on.
     near: f32,
-    // Metres to the next one.
+    // Metres to the next one: a part of a cell of that level. What filtering gives two stations of a wall between them adds
+    // up to one wall only if they are not farther apart than its cells are wide.
     stride: f32,
 }
 
@@ -58,7 +58,7 @@ fn station(cone: Cone, march: March, t: f32) -> Station {
     let uvw = (cone.origin + cone.dir * t - volume.origin) / extent;
     let outside = any(uvw < vec3(0.0)) || any(uvw > vec3(1.0));
     let level = round(min(log2(diameter / cell), f32(volume.levels - 1u)));
-    return Station(!outside, uvw, level, saturate(1.5 - t / cell), diameter * march.step);
+    return Station(!outside, uvw, level, saturate(1.5 - t / cell), march.step * cell * exp2(level));
 }
 
 // Weights of the directions of travel that make up `dir`, in a plane that the cone starts from (`near_normal`; 0:
@@ -84,12 +84,6 @@ fn cell_opacity(uvw: vec3<f32>, dir: vec3<f32>, weights: vec3<f32>, level: f32) 
     return dot(weights, select(positive.xyz, negative.xyz, dir < vec3(0.0)));
 }
 
-// Opacity of a whole cell, brought to the length of a step.
-fn step_opacity(cell: f32, level: f32, march: March) -> f32 {
-    let density = select(march.density, march.finest_density, level < 0.5);
-    return 1.0 - pow(1.0 - clamp(cell, 0.0, 0.999), march.step * density);
-}
-
 // How a cone has fared.
 struct Passage {
     // Part of it that goes on.
@@ -99,19 +93,19 @@ struct Passage {
 }
 
 // A cone meets cells of opacity `front`. Returns the part of it that they stop.
+//
+// Of two stations before and behind a wall, filtering gives each a part of the wall, and the two parts add up to one. So
+// what cells stop is subtracted from what is left of the cone; as a product, two halves would let a quarter through.
 fn meet(passage: ptr<function, Passage>, front: f32, cone: Cone, march: March, at: Station) -> f32 {
-    var stopped = 0.0;
-    if front > 1e-4 {
-        let a = step_opacity(front, at.level, march);
-        stopped = (*passage).clear * a;
-        (*passage).hit += stopped;
-        (*passage).clear *= 1.0 - a;
-    }
+    let density = march.density * march.step;
+    let stopped = min((*passage).clear, density * front);
+    (*passage).hit += stopped;
+    (*passage).clear -= stopped;
     // A surface is met from behind only inside of something: what got in through the front
-    // without being stopped, since a wall is thin, is stopped there.
-    if (*passage).hit > 0.02 {
+    // without being stopped, since a wall is thin, is stopped there. Not behind an edge that the cone only grazed.
+    if (*passage).hit > 0.5 {
         let back = cell_opacity(at.uvw, -cone.dir, abs(cone.dir), at.level);
-        (*passage).clear *= 1.0 - (*passage).hit * step_opacity(back, at.level, march);
+        (*passage).clear -= min((*passage).clear, (*passage).hit * density * back);
     }
     if (*passage).clear < 1.0 - march.cutoff {
         (*passage).clear = 0.0;
@@ -119,18 +113,18 @@ fn meet(passage: ptr<function, Passage>, front: f32, cone: Cone, march: March, a
     return stopped;
 }
 
-// Part of a cone that nothing stops within the volume, 0..1.
+// Part of a cone that nothing stops within the volume, 0..1. Of one that runs out of steps, nothing is known to get through.
 fn transmittance(cone: Cone, march: March) -> f32 {
     var passage = Passage(1.0, 0.0);
     var t = first_station(cone, march);
     for (var i = 0u; i < cone.steps && passage.clear > 0.0; i++) {
         let at = station(cone, march, t);
         if !at.inside {
-            break;
+            return passage.clear;
         }
         let weights = direction_weights(cone.dir, cone.normal * at.near);
         meet(&passage, cell_opacity(at.uvw, cone.dir, weights, at.level), cone, march, at);
         t += at.stride;
     }
-    return passage.clear;
+    return 0.0;
 }

@@ -7,6 +7,7 @@
 #import bevy_gi::scene::types::Volume
 #import bevy_gi::scene::voxels::pool::load_voxel
 #import bevy_gi::scene::voxels::trace::{occupied_at, trace_voxels}
+#import bevy_gi::scene::voxels::types::met_from_behind
 
 struct ProbePass {
     volume: Volume,
@@ -58,7 +59,7 @@ fn look_around(p: vec3<f32>) -> Around {
             continue;
         }
         let voxel = load_voxel(hit.index);
-        if dot(voxel.normal, dir) > 0.0 && !voxel.two_sided {
+        if met_from_behind(voxel, dir) && !voxel.two_sided {
             a.backs += 1.0 / f32(LOOKS);
             if hit.distance < a.back {
                 a.back = hit.distance;
@@ -158,9 +159,8 @@ fn look_at_scene(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
         return;
     }
     let voxel = load_voxel(hit.index);
-    let behind = dot(voxel.normal, dir) > 0.0;
     var what = hit.index;
-    if behind {
+    if met_from_behind(voxel, dir) {
         what = select(HIT_INSIDE, hit.index | HIT_BACK, voxel.two_sided);
     }
     hits[i] = vec2(what, bitcast<u32>(hit.distance));

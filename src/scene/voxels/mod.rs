@@ -28,8 +28,8 @@
 //!
 //! | word | content |
 //! |---|---|
-//! | 0 | albedo, `rgba8unorm`, linear; alpha 1 where there is a surface |
-//! | 1 | normal, octahedral 2 x 12 bit; flags in the top byte: 1 = surface, 2 = two-sided |
+//! | 0 | albedo: the part of light from everywhere that is reflected, as `pack_color` in `gpu/pack.wgsl` has it |
+//! | 1 | normal, octahedral 2 x 12 bit; flags in the top byte: 1 = surface, 2 = two-sided, from 4 on faces along +x +y +z -x -y -z |
 //! | 2 | emission, nits, as `pack_radiance` in `gpu/pack.wgsl` has it |
 //!
 //! Emission is summed in fixed point, in a unit of each brick's own: the first draw finds the exponent of

@@ -1,9 +1,10 @@
 // Turns a voxel's sums into its surface, in place, and lists the voxels that have one.
 
-#import bevy_gi::gpu::pack::{pack_normal, pack_radiance}
+#import bevy_gi::gpu::pack::{pack_color, pack_normal, pack_radiance}
 #import bevy_gi::gpu::row::row_group
 #import bevy_gi::scene::voxels::types::{
-    BRICK, BRICK_VOXELS, FLAG_SURFACE, FLAG_TWO_SIDED, Voxelize, WORDS, brick_coords, brick_slice, emission_unit,
+    BRICK, BRICK_VOXELS, FLAG_FACES, FLAG_SURFACE, FLAG_TWO_SIDED, Voxelize, WORDS, brick_coords, brick_slice,
+    emission_unit,
 }
 
 @group(0) @binding(0) var<uniform> voxelize: Voxelize;
@@ -58,19 +59,26 @@ fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     n = select(vec3(0.0, 1.0, 0.0), normalize(n), dot(n, n) > 0.0);
 
     let color = vec3<f32>(vec3(pool[at], pool[at + 1u], pool[at + 2u])) / 65535.0;
+    let least = vec3(0.125 * total);
+    let bits = vec3(1u, 2u, 4u);
+    let looks = select(vec3(0u), bits, positive >= least) | select(vec3(0u), bits << vec3(3u), negative >= least);
+    let faces = looks.x | looks.y | looks.z;
     // Layers behind one another count once: a lamp just below a ceiling shines as brightly as alone. A
     // layer across the voxel has an area of 1 over the largest component of its normal, and each view
     // samples what it sees of that.
+    // At an edge, each of the faces has an area of its own, and the mean of their normals that of none.
     let a = abs(n);
-    let layer = vec3(#{LAYER_SAMPLES}.0 * (a.x + a.y + a.z) / max(a.x, max(a.y, a.z)));
+    let groups = countOneBits((faces | (faces >> 3u)) & 7u);
+    let area = select((a.x + a.y + a.z) / max(a.x, max(a.y, a.z)), 1.0, groups > 1u);
+    let layer = vec3(#{LAYER_SAMPLES}.0 * area);
     let samples_once = dot(min(positive, layer) + min(negative, layer), vec3(1.0));
     // A lamp that fills a part of the voxel shines as a whole one that is as much darker: the cells that are
     // made of it know of no parts.
     let samples_full = max(samples_once, layer.x * select(1.0, 2.0, two_sided));
     let emission = vec3<f32>(vec3(pool[at + 8u], pool[at + 9u], pool[at + 10u]))
         * emission_unit(emission_levels[slot]);
-    let flags = FLAG_SURFACE | select(0u, FLAG_TWO_SIDED, two_sided);
-    pool[at] = pack4x8unorm(vec4(color / total, 1.0));
+    let flags = FLAG_SURFACE | select(0u, FLAG_TWO_SIDED, two_sided) | (faces << FLAG_FACES);
+    pool[at] = pack_color(color / total);
     pool[at + 1u] = pack_normal(n, flags);
     pool[at + 2u] = pack_radiance(emission / samples_full);
     let slice = brick_slice(brick_coords(brick_list[slot], voxelize.volume.dims));

@@ -19,7 +19,7 @@
 
 // What is to be known of a surface.
 struct VoxelSurface {
-    // Diffuse and specular together: what a rough surface of that colour would reflect. 0..1.
+    // Part of light from everywhere that is reflected, diffuse and specular together. 0..1.
     albedo: vec3<f32>,
     // Nits.
     emission: vec3<f32>,

@@ -2,7 +2,7 @@
 #define_import_path bevy_gi::scene::voxels::types
 
 #import bevy_gi::gpu::pack::{
-    EXPONENT_LEAST, RADIANCE_MOST, exponent_of, power_of_two, unpack_normal, unpack_radiance,
+    EXPONENT_LEAST, RADIANCE_MOST, exponent_of, power_of_two, unpack_color, unpack_normal, unpack_radiance,
 }
 #import bevy_gi::scene::types::Volume
 
@@ -18,6 +18,8 @@ const BRICK_MARKED: u32 = 0xffffff00u;
 
 const FLAG_SURFACE: u32 = 1u;
 const FLAG_TWO_SIDED: u32 = 2u;
+// From this bit on, six: whether there are faces that look mostly along +x, +y, +z, -x, -y, -z.
+const FLAG_FACES: u32 = 2u;
 
 struct Voxelize {
     volume: Volume,
@@ -35,17 +37,29 @@ struct Voxel {
     emission: vec3<f32>,
     exists: bool,
     two_sided: bool,
+    // See FLAG_FACES.
+    faces: u32,
 }
 
 fn unpack_voxel(words: vec3<u32>) -> Voxel {
     let flags = words.y >> 24u;
     var v: Voxel;
-    v.albedo = unpack4x8unorm(words.x).rgb;
+    v.albedo = unpack_color(words.x);
     v.normal = unpack_normal(words.y);
     v.emission = unpack_radiance(words.z);
     v.exists = (flags & FLAG_SURFACE) != 0u;
     v.two_sided = (flags & FLAG_TWO_SIDED) != 0u;
+    v.faces = flags >> FLAG_FACES;
     return v;
+}
+
+// Whether a ray along `dir` meets a voxel from behind. The normal of an edge is the mean of its faces', and what passes
+// over one of them may have that mean in its back: there, a single face that looks at the ray is met from its front.
+fn met_from_behind(v: Voxel, dir: vec3<f32>) -> bool {
+    let looks_back = select(vec3(8u, 16u, 32u), vec3(1u, 2u, 4u), dir < vec3(0.0));
+    let meets_face = any((vec3(v.faces) & looks_back) != vec3(0u));
+    let is_edge = countOneBits(v.faces) > 1u && !v.two_sided;
+    return dot(v.normal, dir) > 0.0 && !(is_edge && meets_face);
 }
 
 // The level of an emission in nits: 0 of none, else its exponent, counted from 1. Of a brick: of its brightest.

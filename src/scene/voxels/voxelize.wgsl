@@ -6,6 +6,7 @@
     pbr_types::{STANDARD_MATERIAL_FLAGS_DOUBLE_SIDED_BIT, STANDARD_MATERIAL_FLAGS_UNLIT_BIT},
     prepass_io::VertexOutput,
 }
+#import bevy_gi::surface::reflectance::{Material, albedo_mean}
 #import bevy_gi::scene::voxels::splat::{
     VoxelSurface, emission_nits, splat, triangle_normal, unlit_nits,
 }
@@ -18,7 +19,13 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) {
     let base_color = alpha_discard(pbr.material, pbr.material.base_color);
 
     var surface: VoxelSurface;
-    surface.albedo = saturate(base_color.rgb);
+    let material = pbr.material;
+    surface.albedo = albedo_mean(Material(
+        saturate(base_color.rgb),
+        saturate(material.perceptual_roughness),
+        saturate(material.metallic),
+        material.reflectance,
+    ));
     surface.emission = emission_nits(pbr.material.emissive);
     surface.double_sided = (pbr.material.flags & STANDARD_MATERIAL_FLAGS_DOUBLE_SIDED_BIT) != 0u;
     if (pbr.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) != 0u {

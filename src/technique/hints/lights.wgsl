@@ -7,7 +7,7 @@
 #import bevy_gi::scene::probes::bindings::{offsets, probes}
 #import bevy_gi::scene::light_maps::lookup::{load_lit_surface, maps, texels, vpls}
 #import bevy_gi::scene::light_maps::types::{vpl_map, vpl_normal}
-#import bevy_gi::scene::voxels::trace::voxels_between
+#import bevy_gi::scene::voxels::trace::{occupied_at, voxels_between}
 #import bevy_gi::surface::kept_depth::CameraDepth
 #import bevy_gi::technique::hints::accumulate::{asleep, blend_slot}
 #import bevy_gi::technique::hints::bindings::hints
@@ -29,6 +29,8 @@ struct Patch {
     flux: vec3<f32>,
     // Square metres over pi.
     radius_squared: f32,
+    // In which it was found.
+    map: u32,
 }
 
 // What a hint has collected.
@@ -44,6 +46,24 @@ fn receiver(p: vec3<f32>, clearance: f32, random: vec3<f32>) -> vec3<f32> {
     return p + (random - 0.5) * min(0.5 * probes.cell, clearance);
 }
 
+// Where rays to a patch end: above the voxels of its own surface. Beside a wall, that is in one of the wall's voxels; light
+// came to the patch nevertheless, and on its way there is an empty one.
+fn vantage(position: vec3<f32>, normal: vec3<f32>, map: u32) -> vec3<f32> {
+    let above = position + normal * 1.5 * volume.voxel;
+    let light = maps.array[min(map, maps.count)];
+    var to_light = -light.direction;
+    if light.kind != #{LIGHT_DIRECTIONAL}u {
+        to_light = normalize(light.position - position);
+    }
+    for (var k = 0u; k < 4u; k++) {
+        let end = above + f32(k) * volume.voxel * to_light;
+        if !occupied_at(end, volume) {
+            return end;
+        }
+    }
+    return above;
+}
+
 // Adds what a patch sends to `y`: the irradiance across the way (Papaioannou 2011, equation 4, with unit vectors),
 // of a patch that is no point.
 fn add_patch(collected: ptr<function, Collected>, y: vec3<f32>, patch_: Patch, seen: f32) {
@@ -57,10 +77,10 @@ fn add_patch(collected: ptr<function, Collected>, y: vec3<f32>, patch_: Patch, s
     if facing <= 0.0 || seen <= 0.0 {
         return;
     }
-    // The patch's own voxels are no obstacle.
-    let end = patch_.position + patch_.normal * 1.5 * volume.voxel;
-    if hints.occlusion == #{OCCLUSION_VOXELS}u && voxels_between(y, end, volume) {
-        return;
+    if hints.occlusion == #{OCCLUSION_VOXELS}u {
+        if voxels_between(y, vantage(patch_.position, patch_.normal, patch_.map), volume) {
+            return;
+        }
     }
     // From farther away than its radius, patches of a surface add up as points do; from nearer, none is brighter
     // than its surface.
@@ -81,7 +101,7 @@ fn add_vpls(collected: ptr<function, Collected>, p: vec3<f32>, clearance: f32, p
             continue;
         }
         let y = receiver(p, clearance, random3(probe, i, hints.frame));
-        let patch_ = Patch(vpl.position, vpl_normal(vpl), scale * vpl.flux, vpl.radius_squared);
+        let patch_ = Patch(vpl.position, vpl_normal(vpl), scale * vpl.flux, vpl.radius_squared, vpl_map(vpl));
         var seen = 1.0;
         if hints.occlusion == #{OCCLUSION_LIGHT_DEPTH}u || hints.occlusion == #{OCCLUSION_CAMERA_DEPTH}u {
             seen = march(vpl_map(vpl), patch_.position + patch_.normal * volume.voxel, y);
@@ -158,7 +178,7 @@ fn add_disks(collected: ptr<function, Collected>, p: vec3<f32>, clearance: f32, 
             }
             // A texel that stands for many is no point.
             let radius_squared = hints.min_distance * hints.min_distance;
-            add_patch(collected, y, Patch(texel.position, texel.normal, scale * texel.flux, radius_squared), seen);
+            add_patch(collected, y, Patch(texel.position, texel.normal, scale * texel.flux, radius_squared, m), seen);
         }
     }
 }

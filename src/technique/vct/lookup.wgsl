@@ -12,9 +12,7 @@
 
 
 fn march() -> March {
-    return March(
-        cones.step, cones.bias, cones.clearance, cones.finest_density, cones.density, cones.opacity_cutoff,
-    );
+    return March(cones.step, cones.bias, cones.clearance, cones.density, cones.opacity_cutoff);
 }
 
 // Radiance (in units of the cells, premultiplied) and opacity of the cells that a cone meets, as sums over the three
@@ -37,10 +35,12 @@ fn trace_cone(cone: Cone) -> vec4<f32> {
     let march = march();
     var passage = Passage(1.0, 0.0);
     var light = vec3(0.0);
+    var open = 0.0;
     var t = first_station(cone, march);
     for (var i = 0u; i < cone.steps && passage.clear > 0.0; i++) {
         let at = station(cone, march, t);
         if !at.inside {
+            open = passage.clear;
             break;
         }
         let met = sample_cells(cone, at);
@@ -50,8 +50,8 @@ fn trace_cone(cone: Cone) -> vec4<f32> {
         }
         t += at.stride;
     }
-    // All that is blocked looks like what was met from its front.
-    let blocked = 1.0 - passage.clear;
+    // All that does not leave the volume looks like what was met from its front; so does what runs out of steps.
+    let blocked = 1.0 - open;
     return vec4(light * cones.unit * blocked / max(passage.hit, 1e-4), blocked);
 }
 

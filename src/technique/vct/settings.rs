@@ -36,17 +36,18 @@ pub struct VoxelConeTracingSettings {
     pub cones: u32,
     /// Arrangement of the diffuse cones. Default [`ConeLayout::Spiral`]. No cost.
     pub cone_layout: ConeLayout,
-    /// Full opening angle of a diffuse cone in degrees. Range 10..=90, default 60. Narrower cones give sharper
-    /// light and read finer levels. Cost: narrower cones take more steps.
+    /// Full opening angle of a diffuse cone in degrees. Range 10..=90, default 60. `clearance` bounds the width of cones, too:
+    /// with its default, angles above some 15 degrees only blur the sky more.
     pub cone_angle: f32,
-    /// Length of a step along a cone, as a fraction of the cone's diameter. Range 0.25..=1, default 1. Cost:
-    /// inversely proportional.
+    /// Length of a step along a cone, as a fraction of the width of the cells that it reads, which are about as wide as the
+    /// cone. Range 0.25..=1, default 1. Cost: inversely proportional.
     pub step: f32,
-    /// Maximum number of steps along a diffuse cone (Freed 2018, listing 4.1). Range 1..=256, default 48. Cost:
-    /// proportional to the steps taken; few cones reach the maximum.
+    /// Maximum number of steps along a diffuse cone (Freed 2018, listing 4.1). What a cone has not met by then counts as
+    /// blocked, and looks like what it has met. Range 1..=512, default 256, which a cone along a surface may need to leave
+    /// a volume of 256 voxels. Cost: none above the steps that cones take.
     pub diffuse_steps: u32,
-    /// Maximum number of steps along a specular cone. Range 1..=256, default 48. Mirrors need many. Cost:
-    /// proportional to the steps taken.
+    /// Maximum number of steps along a specular cone, as `diffuse_steps`. Range 1..=512, default 256: one of a mirror takes
+    /// a step for each two voxels. Cost: none above the steps that cones take.
     pub specular_steps: u32,
     /// Distance of the start of a cone from the surface, along the normal, in voxels. Range 0..=8, default 1.
     /// Too low: surfaces shade themselves. Too high: light leaks at contacts.
@@ -58,14 +59,10 @@ pub struct VoxelConeTracingSettings {
     /// Opacity at which a cone ends (Freed 2018, listing 4.1: 0.95). Range 0.5..=1, default 0.97. Cost: a lower
     /// value ends cones earlier.
     pub opacity_cutoff: f32,
-    /// Optical density of a fully covered cell, as the number of times that it counts along a cone. A wall is
-    /// one cell thick at every level and is sampled off its centre. Too low: light leaks through it. Too high:
-    /// distant objects appear thicker. Range 1..=8, default 2.
+    /// Part of a cone that a fully covered cell stops over its own width. 1 is what the cell covers. Less: light leaks
+    /// through walls. More: walls that a cone does not meet in their middle are tight, and distant objects appear
+    /// thicker. Range 0.5..=4, default 1.
     pub density: f32,
-    /// Optical density of a fully covered cell of the finest level, as the number of times that it counts along
-    /// a cone. Nearby surfaces are resolved sharply enough to be dense, and block light that would leak. Range
-    /// 1..=8, default 5.
-    pub finest_density: f32,
     /// Number of bounces after the first that are computed after a change of the scene. While the scene keeps
     /// changing, light keeps bouncing beyond that number. Range 0..=16, default 10. Cost: only while things
     /// change.
@@ -89,13 +86,12 @@ impl Default for VoxelConeTracingSettings {
             cone_layout: ConeLayout::Spiral,
             cone_angle: 60.0,
             step: 1.0,
-            diffuse_steps: 48,
-            specular_steps: 48,
+            diffuse_steps: 256,
+            specular_steps: 256,
             bias: 1.0,
             clearance: 0.18,
             opacity_cutoff: 0.97,
-            density: 2.0,
-            finest_density: 5.0,
+            density: 1.0,
             bounces: 10,
             bounce_interval: 2,
             bounce_cones: 6,
@@ -112,7 +108,6 @@ impl VoxelConeTracingSettings {
             GiQuality::Low => Self {
                 cones: 4,
                 step: 1.0,
-                specular_steps: 24,
                 bounces: 6,
                 bounce_interval: 4,
                 bounce_cones: 4,
@@ -123,7 +118,6 @@ impl VoxelConeTracingSettings {
                 cones: 8,
                 cone_angle: 50.0,
                 step: 0.8,
-                specular_steps: 96,
                 bounces: 12,
                 bounce_interval: 1,
                 bounce_cones: 8,
@@ -133,8 +127,6 @@ impl VoxelConeTracingSettings {
                 cones: 16,
                 cone_angle: 40.0,
                 step: 0.6,
-                diffuse_steps: 48,
-                specular_steps: 192,
                 bounces: 16,
                 bounce_interval: 1,
                 bounce_cones: 16,
@@ -144,8 +136,8 @@ impl VoxelConeTracingSettings {
     }
 
     /// Settings of Freed 2018: five cones of 45 degrees, steps of half a diameter, opacity cut off at 0.95, one
-    /// bounce, specular cones of `0.1 pi roughness`. What the thesis does not specify (step counts, bias) keeps
-    /// its default.
+    /// bounce. What the thesis does not specify (step counts, bias), and its specular cones of `0.1 pi roughness`, keep
+    /// their default.
     pub fn paper() -> Self {
         Self {
             cones: 5,
@@ -165,13 +157,12 @@ impl Parameters for VoxelConeTracingSettings {
         c.float("cone_angle", &mut self.cone_angle, 10.0, 90.0)
             .unit("°");
         c.float("step", &mut self.step, 0.25, 1.0);
-        c.int("diffuse_steps", &mut self.diffuse_steps, 1, 256);
-        c.int("specular_steps", &mut self.specular_steps, 1, 256);
+        c.int("diffuse_steps", &mut self.diffuse_steps, 1, 512);
+        c.int("specular_steps", &mut self.specular_steps, 1, 512);
         c.float("bias", &mut self.bias, 0.0, 8.0).unit("voxels");
         c.float("clearance", &mut self.clearance, 0.1, 4.0);
         c.float("opacity_cutoff", &mut self.opacity_cutoff, 0.5, 1.0);
-        c.float("density", &mut self.density, 1.0, 8.0);
-        c.float("finest_density", &mut self.finest_density, 1.0, 8.0);
+        c.float("density", &mut self.density, 0.5, 4.0);
         c.int("bounces", &mut self.bounces, 0, 16);
         c.int("bounce_interval", &mut self.bounce_interval, 1, 8);
         c.int("bounce_cones", &mut self.bounce_cones, 1, 16);

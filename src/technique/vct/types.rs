@@ -27,7 +27,6 @@ pub struct GpuCones {
     pub clearance: f32,
     pub opacity_cutoff: f32,
     pub density: f32,
-    pub finest_density: f32,
     /// 0 or 1.
     pub specular: u32,
     /// Tangent of half a specular cone over `roughness^2`.
@@ -54,7 +53,6 @@ impl GpuCones {
             clearance: s.clearance,
             opacity_cutoff: s.opacity_cutoff,
             density: s.density,
-            finest_density: s.finest_density,
             specular: s.specular.into(),
             specular_scale: 1.0,
             unit,

@@ -13,7 +13,6 @@ struct Cones {
     clearance: f32,
     opacity_cutoff: f32,
     density: f32,
-    finest_density: f32,
     specular: u32,
     specular_scale: f32,
     unit: f32,
