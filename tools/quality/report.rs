@@ -7,11 +7,13 @@ use bevy_gi_tools::plot::{self, Line};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::{
-    measure::{Figure, Report, SceneReport, Seen, TechniqueReport},
+    figure::{Figure, Seen},
+    measure::{Report, SceneReport, TechniqueReport},
     table::{self, PICTURE},
 };
 
-const STYLE: &str = "
+/// How all pages look.
+pub const STYLE: &str = "
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 1400px; padding: 0 1rem;
   color: #222; background: #fafafa }
 h1, h2 { line-height: 1.2 } h2 { margin-top: 3rem }
@@ -141,7 +143,8 @@ fn errors_plot(title: &str, lines: &[Line]) -> String {
     plot::lines(title, axes, [0.0, 1.0], [0.0, 1.0], lines)
 }
 
-fn picture(picture: &Seen, caption: &str) -> Markup {
+/// A picture with what it is.
+pub fn picture(picture: &Seen, caption: &str) -> Markup {
     html! {
         figure {
             img src={ "data:image/png;base64," (picture.0) } alt=(caption);

@@ -2,9 +2,14 @@
 
 use std::{fmt::Write, path::Path, time::SystemTime};
 
+use bevy_gi_tools::{document, quality::Effort};
 use comfy_table::{Table, presets};
 
-use crate::measure::{Figure, Report};
+use crate::{
+    figure::Figure,
+    measure::Report,
+    parts::{BUNDLED, RANDOM, TITLE},
+};
 
 /// Columns of the table of errors.
 pub const PICTURE: [Figure; 6] = [
@@ -93,9 +98,13 @@ fn today() -> String {
 
 /// How the figures came about, in a sentence or two.
 pub fn how(report: &Report) -> String {
-    let effort = &report.effort;
     let adapter = report.scenes.first().map_or("", |scene| &scene.adapter);
-    let settings = match &report.settings[..] {
+    conditions(&report.effort, adapter, &report.settings)
+}
+
+/// Day, adapter, sizes and settings, in a sentence or two.
+pub fn conditions(effort: &Effort, adapter: &str, settings: &[String]) -> String {
+    let settings = match settings {
         [] => "default settings".into(),
         some => some.join(", "),
     };
@@ -112,15 +121,21 @@ pub fn how(report: &Report) -> String {
     )
 }
 
+/// Writes the part of the bundled scenes into a document, and leaves the others.
 pub fn write_markdown(report: &Report, path: &Path) -> Result<(), String> {
     let text = format!(
-        "# Quality\n\n{}\n\n{}\n\n## Errors of the settled picture\n\n{}\n\n## Over time, and leaks\n\n{}\n",
+        "{}\n\n{}\n\n## Errors of the settled picture\n\n{}\n\n## Over time, and leaks\n\n{}\n",
         how(report),
         EXPLANATION,
         pictures(report),
         others(report)
     );
-    crate::write(path, &text)
+    let mut document = document::read(path)?;
+    if !BUNDLED.is_in(&document) {
+        // Written as a whole before it had parts.
+        document = RANDOM.alone(&document, TITLE);
+    }
+    crate::write(path, &BUNDLED.replaced(&document, &text))
 }
 
 /// What the figures are.

@@ -41,17 +41,7 @@ enum Task {
     Check,
     /// Renders scenes with every technique and with the path tracer, and compares: a page, a table, and all
     /// luminances in out/quality. `-- --help` lists the options.
-    Quality {
-        /// Small pictures of the smaller scenes: under five minutes on two cores.
-        #[arg(long)]
-        quick: bool,
-        /// Also writes docs/quality.md.
-        #[arg(long)]
-        docs: bool,
-        /// More options, for example: -- --scene cornell --set VoxelConeTracingSettings.cones=8
-        #[arg(last = true)]
-        more: Vec<String>,
-    },
+    Quality(quality::Options),
     /// Measures what global illumination costs: techniques x presets x picture sizes x volume sizes, and
     /// the papers' own sweeps; tables and plots in out/bench. `-- --help` lists the options.
     Bench {
@@ -80,9 +70,9 @@ fn main() -> Result<()> {
             setup::install(false)?;
             check::run()
         }
-        Task::Quality { quick, docs, more } => {
+        Task::Quality(options) => {
             setup::install(false)?;
-            quality::run(quick, docs, &more)
+            quality::run(&options)
         }
         Task::Bench { binary, more } => {
             setup::install(false)?;

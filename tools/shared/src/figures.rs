@@ -199,6 +199,16 @@ pub fn frames_to_90_percent(distances: &[f32]) -> u32 {
     last_far.map_or(0, |i| i as u32 + 1)
 }
 
+/// The value below which so much (0 to 1) of some sorted ones lie, interpolated. NaN if there are none.
+pub fn percentile(sorted: &[f32], part: f32) -> f32 {
+    let Some(last) = sorted.len().checked_sub(1) else {
+        return f32::NAN;
+    };
+    let at = part.clamp(0.0, 1.0) * last as f32;
+    let (below, above) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
+    below + (above - below) * at.fract()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -241,6 +251,15 @@ mod tests {
         let (worst, map) = flip_of(&flat(0.0), &flat(1.0));
         assert!(worst > 0.9, "{worst}");
         assert_eq!(map.size, UVec2::new(17, 16));
+    }
+
+    #[test]
+    fn percentiles_are_interpolated() {
+        let sorted = [0.0, 1.0, 2.0, 4.0];
+        let percentiles = [0.0, 0.5, 1.0].map(|part| percentile(&sorted, part));
+        assert_eq!(percentiles, [0.0, 1.5, 4.0]);
+        assert_eq!(percentile(&[3.0], 0.9), 3.0);
+        assert!(percentile(&[], 0.5).is_nan());
     }
 
     #[test]

@@ -69,6 +69,16 @@ impl Picture {
         self
     }
 
+    /// Colours of this one and of another one of the same size, each pair made one.
+    pub fn combined(mut self, other: &Self, combine: impl Fn(f32, f32) -> f32) -> Self {
+        for (a, b) in self.pixels.iter_mut().zip(&other.pixels) {
+            for (a, b) in a[..3].iter_mut().zip(b) {
+                *a = combine(*a, *b);
+            }
+        }
+        self
+    }
+
     /// The same, encoded as sRGB.
     pub fn encoded(mut self) -> Self {
         for pixel in &mut self.pixels {

@@ -6,11 +6,12 @@
 //! | what opens a scene by name | [`open`], [`options`], [`window`] |
 //! | the path tracer | [`mod@reference`], [`live`] beside a running app, [`truth`] at the press of a key |
 //! | programs without a window | [`headless`], [`studio`], [`capture`], [`projector`] |
-//! | comparisons | [`overlay`], [`figures`], [`meter`], [`quality`], [`plot`] |
+//! | comparisons | [`overlay`], [`figures`], [`meter`], [`quality`], [`plot`], [`document`] |
 
 pub mod adapter;
 pub mod capture;
 pub mod controls;
+pub mod document;
 pub mod figures;
 pub mod headless;
 pub mod live;

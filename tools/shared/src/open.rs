@@ -1,6 +1,9 @@
 //! Opens a scene: a bundled one, or any glTF file; with its volume, lights, sky and camera.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use bevy::{
     camera::{Exposure, primitives::Aabb},
@@ -16,13 +19,17 @@ use bevy_gi::prelude::*;
 
 use crate::{
     options::{number, vector},
-    scenes::{self, Content, Scene, SceneView, asset_folder},
+    scenes::{
+        self, Content, Scene, SceneView, asset_folder,
+        random::{self, Plan, RandomScene},
+    },
 };
 
 /// What is opened, and how it is looked at.
 #[derive(clap::Args, Resource, Clone, Debug)]
 pub struct SceneOptions {
-    /// A .gltf or .glb file, or a bundled scene: see --list.
+    /// A .gltf or .glb file, or a bundled scene: see --list; or one that is drawn at random: random:SEED, with :furnace
+    /// or :sealed for its other variants.
     pub scene: Option<String>,
     /// Camera position x,y,z, metres. Default: the file's first camera, else the whole scene.
     #[arg(long, value_parser = vector, allow_hyphen_values = true)]
@@ -53,8 +60,13 @@ pub struct SceneOptions {
 impl SceneOptions {
     /// A bundled scene as it is meant to be.
     pub fn bundled(scene: &Scene) -> Self {
+        Self::named(scene.name)
+    }
+
+    /// What is typed for a scene, without other options.
+    pub fn named(name: &str) -> Self {
         Self {
-            scene: Some(scene.name.into()),
+            scene: Some(name.into()),
             eye: None,
             look: None,
             fov: None,
@@ -75,11 +87,22 @@ pub struct Opened {
     pub error: Option<String>,
 }
 
+/// Where a scene comes from.
+#[derive(Clone)]
+enum Source {
+    Built(fn(&mut World)),
+    Drawn(Arc<Plan>),
+    File(PathBuf),
+}
+
 /// Opens a scene; [`Opened`] says when it is there. GI cameras are put where it is looked at from.
 pub struct OpenPlugin {
     options: SceneOptions,
-    scene: Option<Scene>,
-    file: Option<PathBuf>,
+    source: Source,
+    /// How the scene itself says that it is looked at.
+    view: Option<SceneView>,
+    /// Nits of the scene's own sky.
+    sky: Option<[f32; 3]>,
 }
 
 impl OpenPlugin {
@@ -89,21 +112,30 @@ impl OpenPlugin {
             let names = scenes::names();
             format!("a scene is wanted: the path of a .gltf or .glb file, or one of {names}")
         })?;
-        let scene = scenes::find(name);
-        let file = match scene.map(|scene| scene.content) {
-            Some(Content::Built(_)) => None,
-            Some(Content::File(path)) => Some(Path::new(&asset_folder()).join(path)),
-            None => Some(gltf_path(name)?),
+        let (source, view, sky) = if let Some(scene) = scenes::find(name) {
+            let source = match scene.content {
+                Content::Built(spawn) => Source::Built(spawn),
+                Content::File(path) => Source::File(Path::new(&asset_folder()).join(path)),
+            };
+            (source, Some((scene.view)()), scene.sky)
+        } else if let Some(scene) = RandomScene::find(name) {
+            let plan = Plan::new(scene?);
+            let (view, sky) = (plan.view(), plan.sky);
+            (Source::Drawn(Arc::new(plan)), Some(view), sky)
+        } else {
+            (Source::File(gltf_path(name)?), None, None)
         };
         Ok(Self {
             options,
-            scene,
-            file,
+            source,
+            view,
+            sky,
         })
     }
 }
 
-fn gltf_path(name: &str) -> Result<PathBuf, String> {
+/// The whole path of a glTF file.
+pub fn gltf_path(name: &str) -> Result<PathBuf, String> {
     let path = Path::new(name);
     let is_gltf = path
         .extension()
@@ -117,9 +149,9 @@ fn gltf_path(name: &str) -> Result<PathBuf, String> {
     path.canonicalize().map_err(|e| format!("{name}: {e}"))
 }
 
-/// The bundled scene that is opened, if it is one.
+/// How the scene itself says that it is looked at; a file does not.
 #[derive(Resource)]
-struct Bundled(Option<Scene>);
+struct OwnView(Option<SceneView>);
 
 /// The glTF file to spawn.
 #[derive(Resource)]
@@ -131,29 +163,28 @@ struct SkyNits(LinearRgba);
 
 impl Plugin for OpenPlugin {
     fn build(&self, app: &mut App) {
-        let own = self.scene.and_then(|scene| scene.sky);
         let sky = self.options.sky.map(|nits| [nits; 3]);
         let mut gi = app.world_mut().resource_mut::<GiSettings>();
         // A sky from a file of settings is better than the scene's own.
         let chosen = matches!(gi.sky, GiSky::Constant(_));
-        if let Some([r, g, b]) = sky.or(own.filter(|_| !chosen)) {
+        if let Some([r, g, b]) = sky.or(self.sky.filter(|_| !chosen)) {
             let nits = LinearRgba::rgb(r, g, b);
             gi.sky = GiSky::Constant(nits);
             app.insert_resource(SkyNits(nits));
         }
-        let (content, file) = (self.scene.map(|s| s.content), self.file.clone());
+        let source = self.source.clone();
         app.insert_resource(ClearColor(Color::BLACK))
             .insert_resource(GlobalAmbientLight::NONE)
             .insert_resource(self.options.clone())
-            .insert_resource(Bundled(self.scene))
+            .insert_resource(OwnView(self.view))
             .init_resource::<Opened>()
-            .add_systems(Startup, move |world: &mut World| match (content, &file) {
-                (Some(Content::Built(spawn)), _) => spawn(world),
-                (_, Some(path)) => {
+            .add_systems(Startup, move |world: &mut World| match &source {
+                Source::Built(spawn) => spawn(world),
+                Source::Drawn(plan) => random::spawn(world, plan),
+                Source::File(path) => {
                     let handle = world.resource::<AssetServer>().load(path.clone());
                     world.insert_resource(SceneFile(path.clone(), handle));
                 }
-                _ => {}
             })
             .add_systems(Update, (watch_loading, frame_scene, show_error).chain());
     }
@@ -250,7 +281,7 @@ fn fit_shadow_maps(commands: &mut Commands, points: usize, spots: usize) {
 fn frame_scene(
     mut commands: Commands,
     options: Res<SceneOptions>,
-    scene: Res<Bundled>,
+    own: Res<OwnView>,
     file: Option<Res<SceneFile>>,
     sky: Option<Res<SkyNits>>,
     mut opened: ResMut<Opened>,
@@ -355,8 +386,8 @@ fn frame_scene(
         ));
     }
 
-    // The camera: options, else the bundled scene's, else the file's first, else all of it.
-    let bundled = scene.0.map(|scene| (scene.view)());
+    // The camera: options, else the scene's own, else the file's first, else all of it.
+    let bundled = own.0;
     let fov = options
         .fov
         .or(bundled.map(|b| b.fov))

@@ -266,6 +266,9 @@ pub fn list() {
     for scene in scenes::ALL {
         println!("  {:14} {}", scene.name, scene.about);
     }
+    println!(
+        "scenes that are drawn at random:\n  random:SEED, random:SEED:furnace, random:SEED:sealed"
+    );
     println!("settings, with defaults, ranges and the beginning of their documentation:");
     for entry in app.world().resource::<GiSettingsRegistry>().iter() {
         let kind = match entry.kind {

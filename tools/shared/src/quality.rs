@@ -64,7 +64,16 @@ impl Effort {
 
 /// Opens a bundled scene.
 pub fn open(scene: &Scene, effort: &Effort, settings: &SettingsOptions) -> Result<Studio, String> {
-    let options = SceneOptions::bundled(scene);
+    open_named(scene.name, effort, settings)
+}
+
+/// Opens what a command line names: a bundled scene, one that is drawn at random, or a glTF file.
+pub fn open_named(
+    name: &str,
+    effort: &Effort,
+    settings: &SettingsOptions,
+) -> Result<Studio, String> {
+    let options = SceneOptions::named(name);
     let mut studio = Studio::open(options, effort.size, Film::Linear, |world| {
         // Nothing here is drawn forward; the light that only that would get takes time.
         world.resource_mut::<GiSettings>().forward_light = false;

@@ -32,7 +32,7 @@ fn view() -> SceneView {
 }
 
 /// Leaves on nothing: ellipses at places and angles of a fixed sequence, green with lighter veins.
-fn leaves() -> Image {
+pub fn leaves() -> Image {
     const SIZE: u32 = 256;
     let mut texels = vec![[40u8, 70, 24, 0]; (SIZE * SIZE) as usize];
     // A full-period sequence: the golden ratio's fractions.

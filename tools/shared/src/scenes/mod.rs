@@ -1,4 +1,4 @@
-//! Bundled scenes, one module each. None is made for one technique.
+//! Bundled scenes, one module each, and scenes drawn at random ([`random`]). None is made for one technique.
 
 pub mod cellar;
 pub mod cornell;
@@ -8,6 +8,7 @@ pub mod foliage;
 pub mod furnace;
 pub mod glossy_floor;
 pub mod moving_light;
+pub mod random;
 pub mod sealed;
 pub mod sky_court;
 pub mod sponza;
