@@ -270,8 +270,8 @@ fn what_fills_a_part_of_a_voxel_shines_as_a_part() {
         }
         means.push(sum / offsets.len() as f32);
     }
-    // Cells make what is thinner than they are look wider than it is: their opacity is raised against leaks
-    // (`density`). That is a known error, 2.6 times for the thinner tube; 1.7 to 3.3 times that if the
+    // Cells make what is thinner than they are look wider than it is: a voxel that is touched is covered. That is a known
+    // error, 2.2 times for the thinner tube; 1.7 to 3.3 times that if the
     // voxels knew nothing of parts.
     for mean in &means {
         assert!((0.7..3.5).contains(mean), "{means:?}");
