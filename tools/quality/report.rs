@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// How all pages look.
-pub const STYLE: &str = "
+const STYLE: &str = "
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 1400px; padding: 0 1rem;
   color: #222; background: #fafafa }
 h1, h2 { line-height: 1.2 } h2 { margin-top: 3rem }
@@ -32,40 +32,53 @@ pub fn write(report: &Report, path: &Path) -> Result<(), String> {
     crate::write(path, &page(report).into_string())
 }
 
-fn page(report: &Report) -> Markup {
+/// A page under a title: how it was measured, what the figures are, and the content.
+pub fn framed(title: &str, how: &str, explanation: &str, content: &Markup) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width";
-                title { "bevy_gi: quality" }
+                title { (title) }
                 style { (PreEscaped(STYLE)) }
             }
             body {
-                h1 { "bevy_gi: quality" }
-                p { (table::how(report)) }
-                @for paragraph in table::EXPLANATION.split("\n\n") {
+                h1 { (title) }
+                p { (how) }
+                @for paragraph in explanation.split("\n\n") {
                     p { (paragraph.replace(['*', '`'], "")) }
                 }
-                p {
-                    "Maps of errors: blue is too dark, red is too bright, white is right; full colour is an \
-                     error of 100 %. Maps of FLIP: black is the same, white is wholly different. The folder \
-                     exr beside this page holds all luminances in nits, from which every figure of a picture \
-                     follows."
-                }
-                nav {
-                    @for scene in &report.scenes {
-                        a href={ "#" (scene.name) } { (scene.name) }
-                    }
-                }
-                h2 { "All scenes" }
-                (overview(report))
-                div.row { (PreEscaped(spread(report))) }
-                @for scene in &report.scenes { (section(scene)) }
+                (content)
             }
         }
     }
+}
+
+fn page(report: &Report) -> Markup {
+    let content = html! {
+        p {
+            "Maps of errors: blue is too dark, red is too bright, white is right; full colour is an \
+             error of 100 %. Maps of FLIP: black is the same, white is wholly different. The folder \
+             exr beside this page holds all luminances in nits, from which every figure of a picture \
+             follows."
+        }
+        nav {
+            @for scene in &report.scenes {
+                a href={ "#" (scene.name) } { (scene.name) }
+            }
+        }
+        h2 { "All scenes" }
+        (overview(report))
+        div.row { (PreEscaped(spread(report))) }
+        @for scene in &report.scenes { (section(scene)) }
+    };
+    framed(
+        "bevy_gi: quality",
+        &table::how(report),
+        table::EXPLANATION,
+        &content,
+    )
 }
 
 fn overview(report: &Report) -> Markup {

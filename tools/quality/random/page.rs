@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bevy_gi_tools::plot::{self, Line};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::{
     Case, CaseReport, RandomReport, RandomSceneReport,
@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     figure::Figure,
-    report::{STYLE, picture},
+    report::{framed, picture},
 };
 
 /// Number of scenes of each technique and preset that are shown.
@@ -24,43 +24,33 @@ pub fn write(report: &RandomReport, path: &Path) -> Result<(), String> {
 
 fn page(report: &RandomReport) -> Markup {
     let cases = cases(report);
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width";
-                title { "bevy_gi: quality in random scenes" }
-                style { (PreEscaped(STYLE)) }
+    let content = html! {
+        h2 { "Distributions" }
+        div.scroll { table {
+            tr { @for name in HEADER { th { (name) } } }
+            @for d in distributions(report) {
+                tr { @for cell in row(&d) { td { (cell) } } }
             }
-            body {
-                h1 { "bevy_gi: quality in random scenes" }
-                p { (how(report)) }
-                @for paragraph in explanation().split("\n\n") {
-                    p { (paragraph.replace(['*', '`'], "")) }
-                }
-                h2 { "Distributions" }
-                div.scroll { table {
-                    tr { @for name in HEADER { th { (name) } } }
-                    @for d in distributions(report) {
-                        tr { @for cell in row(&d) { td { (cell) } } }
-                    }
-                } }
-                div.row {
-                    (PreEscaped(spread(report, &cases, Figure::MeanRatio, 2.0)))
-                    (PreEscaped(spread(report, &cases, Figure::RelativeRmse, 1.0)))
-                }
-                @for case in &cases {
-                    h2 { (title(case)) ": the worst by relative RMSE" }
-                    @for (scene, found) in worst(report, case, SHOWN) {
-                        (shown(scene, found))
-                    }
-                }
-                h2 { "All scenes" }
-                (all(report))
+        } }
+        div.row {
+            (PreEscaped(spread(report, &cases, Figure::MeanRatio, 2.0)))
+            (PreEscaped(spread(report, &cases, Figure::RelativeRmse, 1.0)))
+        }
+        @for case in &cases {
+            h2 { (title(case)) ": the worst by relative RMSE" }
+            @for (scene, found) in worst(report, case, SHOWN) {
+                (shown(scene, found))
             }
         }
-    }
+        h2 { "All scenes" }
+        (all(report))
+    };
+    framed(
+        "bevy_gi: quality in random scenes",
+        &how(report),
+        &explanation(),
+        &content,
+    )
 }
 
 fn title(case: &Case) -> String {
